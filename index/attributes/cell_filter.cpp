@@ -6,6 +6,8 @@
 
 #include <charconv>
 #include <cmath>
+#include <cstdint>
+#include <variant>
 
 namespace filiform {
 namespace {
@@ -26,7 +28,18 @@ bool matches(const std::string& pattern, const std::string& text) {
   return pattern == text || matchesGlob(pattern, text);
 }
 
-bool compares(double value, const std::string& op, double limit) {
+// The same as a number that also holds every 64-bit integer.
+long double exactOrNaN(const std::string& text) {
+  const AttributeValue value = attributeFrom(text);
+  const auto* const integer = std::get_if<std::int64_t>(&value);
+  return integer != nullptr ? static_cast<long double>(*integer) : numberOrNaN(text);
+}
+long double exactOf(const AttributeValue& value) {
+  const auto* const integer = std::get_if<std::int64_t>(&value);
+  return integer != nullptr ? static_cast<long double>(*integer) : numberOf(value).value_or(std::nan(""));
+}
+
+bool compares(long double value, const std::string& op, long double limit) {
   if (op == "<") return value < limit;
   if (op == "<=") return value <= limit;
   if (op == ">") return value > limit;
@@ -75,10 +88,9 @@ std::vector<std::uint32_t> CellFilter::select(const TileSet& set, const CellAttr
       if (text)
         throw UsageError("--where " + inShort(condition.whole) + ": " + escaped(condition.name, 80) +
                          " holds text, so only = and != apply");
-      const double limit = numberOrNaN(condition.value);
-      const std::vector<double> numbers = attributes.numbers(*column);
-      for (std::size_t i = 0; i < chosen.size(); ++i)
-        chosen[i] = chosen[i] && compares(numbers[i], condition.op, limit);  // NaN compares false
+      const long double limit = exactOrNaN(condition.value);
+      for (std::uint32_t i = 0; i < chosen.size(); ++i)  // NaN compares false
+        chosen[i] = chosen[i] && compares(exactOf(attributes.value(*column, i)), condition.op, limit);
       continue;
     }
     std::vector<bool> meets(chosen.size(), false);
@@ -90,12 +102,12 @@ std::vector<std::uint32_t> CellFilter::select(const TileSet& set, const CellAttr
       for (std::size_t i = 0; i < meets.size(); ++i)
         meets[i] = codes[i] == CellAttributes::kNoCode ? condition.value.empty() : of_code[codes[i]];
     } else {
+      const long double limit = exactOrNaN(condition.value);
       for (std::uint32_t i = 0; i < meets.size(); ++i) {
         if (!chosen[i]) continue;
         const AttributeValue value = attributes.value(*column, i);
-        const auto number = numberOf(value);
-        meets[i] = number ? matches(condition.value, textOf(value)) || *number == numberOrNaN(condition.value)
-                          : condition.value.empty();
+        meets[i] = isMissing(value) ? condition.value.empty()
+                                    : matches(condition.value, textOf(value)) || exactOf(value) == limit;
       }
     }
     for (std::size_t i = 0; i < chosen.size(); ++i) chosen[i] = chosen[i] && meets[i] != differs;

@@ -49,6 +49,11 @@ std::optional<double> numberOf(const AttributeValue& value) {
   return std::nullopt;
 }
 
+bool isExactReal(std::int64_t integer) {
+  const auto near = static_cast<double>(integer);
+  return near < 9223372036854775808.0 && static_cast<std::int64_t>(near) == integer;
+}
+
 AttributeValue attributeFrom(std::string_view text) {
   if (text.empty()) return {};
   std::int64_t integer = 0;
@@ -60,6 +65,17 @@ AttributeValue attributeFrom(std::string_view text) {
   double real = 0;
   if (looks_real && !leading_zero && readsAll(text, real) && std::isfinite(real)) return real;
   return std::string(text);
+}
+
+void FieldKinds::add(std::string_view field) {
+  const AttributeValue value = attributeFrom(field);
+  any_text_ |= std::holds_alternative<std::string>(value);
+  any_real_ |= std::holds_alternative<double>(value);
+  if (const auto* const integer = std::get_if<std::int64_t>(&value)) any_long_ |= !isExactReal(*integer);
+}
+
+AttributeValue FieldKinds::valueOf(const std::string& field) const {
+  return areText() && !field.empty() ? AttributeValue(field) : attributeFrom(field);
 }
 
 }  // namespace filiform

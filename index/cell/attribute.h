@@ -31,8 +31,24 @@ std::string textOf(const AttributeValue& value);
 // The number that a value states: of an integer or a real. nullopt for text and missing values.
 std::optional<double> numberOf(const AttributeValue& value);
 
+// True if a real holds the integer exactly; all up to 2^53 are.
+bool isExactReal(std::int64_t integer);
+
 // Reads text of a table. An integer is a decimal without leading zeros or a plus sign, so that textOf() gives the same
 // text. A real is any other finite number without leading zeros. Everything else is text; empty text is missing.
 AttributeValue attributeFrom(std::string_view text);
+
+// Looks at all fields of a column of a table. A column that holds a word, or integers that a real cannot hold beside
+// reals, is text: `7e5` beside `7f3` is a name.
+class FieldKinds {
+ public:
+  void add(std::string_view field);
+  bool areText() const { return any_text_ || (any_real_ && any_long_); }
+  // The value of a field of this column.
+  AttributeValue valueOf(const std::string& field) const;
+
+ private:
+  bool any_text_ = false, any_real_ = false, any_long_ = false;
+};
 
 }  // namespace filiform

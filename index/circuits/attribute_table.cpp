@@ -134,6 +134,7 @@ AttributeTable AttributeTable::parse(std::string_view text, const std::string& f
     columns.push_back(i);
     table.names_.push_back(header[i]);
   }
+  table.kinds_.resize(columns.size());
   while (in.next(fields)) {
     if (fields.size() > header.size())
       in.fail("has " + counted(fields.size(), "field") + ", but the header has " + std::to_string(header.size()));
@@ -144,7 +145,10 @@ AttributeTable AttributeTable::parse(std::string_view text, const std::string& f
       continue;
     }
     std::vector<std::string> row;
-    for (const std::size_t column : columns) row.push_back(std::move(fields[column]));
+    for (const std::size_t column : columns) {
+      table.kinds_[row.size()].add(fields[column]);
+      row.push_back(std::move(fields[column]));
+    }
     table.rows_.push_back(std::move(row));
   }
   return table;
@@ -158,7 +162,7 @@ std::size_t AttributeTable::find(std::string_view cell_name) const {
 std::vector<CellAttribute> AttributeTable::attributes(std::size_t row) const {
   std::vector<CellAttribute> attributes;
   for (std::size_t i = 0; i < names_.size(); ++i) {
-    AttributeValue value = attributeFrom(rows_[row][i]);
+    AttributeValue value = kinds_[i].valueOf(rows_[row][i]);
     if (!isMissing(value)) attributes.push_back({names_[i], std::move(value)});
   }
   return attributes;

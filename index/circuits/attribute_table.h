@@ -36,7 +36,8 @@ class AttributeTable {
   // Row of a cell's name; kNone if there is none.
   static constexpr std::size_t kNone = SIZE_MAX;
   std::size_t find(std::string_view cell_name) const;
-  // The attributes of a row that are not empty.
+  // The attributes of a row that are not empty. A column has numbers only if all its fields are numbers; else all its
+  // values are the text of the fields.
   std::vector<CellAttribute> attributes(std::size_t row) const;
   // Memory, bytes.
   std::uint64_t held_bytes() const;
@@ -45,6 +46,7 @@ class AttributeTable {
   std::string file_, first_key_;
   std::vector<std::string> names_;
   std::vector<std::vector<std::string>> rows_;  // by name
+  std::vector<FieldKinds> kinds_;               // by name
   std::unordered_map<std::string, std::size_t> by_key_;
   std::uint64_t repeated_ = 0;
 };

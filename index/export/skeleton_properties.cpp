@@ -74,15 +74,15 @@ class AttributeProperties {
       if (const std::uint32_t code = codes[cells_[i].cell]; code != CellAttributes::kNoCode)
         places_[i].push_back(first + code);
   }
-  // False if a cell has no number.
+  // False if a cell has no number, or an integer that only text holds with all its digits, such as an id.
   bool addNumbers(std::uint32_t column, PropertyJson& properties) const {
     const std::vector<double> numbers = attributes_.numbers(column);
-    bool integers = attributes_.columns()[column].type == AttributeType::integer;
+    const bool integers = attributes_.columns()[column].type == AttributeType::integer;
     PropertyJson values = PropertyJson::array();
     for (const SkeletonCell& cell : cells_) {
       const double number = numbers[cell.cell];
       if (!std::isfinite(number)) return false;
-      integers = integers && std::abs(number) <= INT32_MAX;
+      if (integers && std::abs(number) > INT32_MAX) return false;
       values.push_back(number);
     }
     if (integers)

@@ -8,6 +8,7 @@
 #pragma once
 
 #include "index/errors.h"
+#include "index/hdf5/hdf5_program.h"
 
 #include <cstdint>
 #include <memory>

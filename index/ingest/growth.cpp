@@ -41,14 +41,16 @@ Provenance provenanceOfBoth(const TileSet& base, const TileSet* added) {
   if (added != nullptr) {
     const Provenance more = internal::decodeProvenance(added->readProvenance(), added->manifest());
     all.sources.insert(all.sources.end(), more.sources.begin(), more.sources.end());
-    all.refused.insert(all.refused.end(), more.refused.begin(), more.refused.end());
     for (const auto& [code, count] : more.codes) all.codes[code] += count;
     std::stable_sort(all.sources.begin(), all.sources.end(), [](const auto& a, const auto& b) {
       return std::tie(a.name, a.digest, a.bytes) < std::tie(b.name, b.digest, b.bytes);
     });
-    std::stable_sort(all.refused.begin(), all.refused.end(), [](const auto& a, const auto& b) {
-      return std::tie(a.name, a.code, a.reason) < std::tie(b.name, b.code, b.reason);
-    });
+    for (const auto lost : {&Provenance::refused, &Provenance::skipped}) {
+      (all.*lost).insert((all.*lost).end(), (more.*lost).begin(), (more.*lost).end());
+      std::stable_sort((all.*lost).begin(), (all.*lost).end(), [](const auto& a, const auto& b) {
+        return std::tie(a.name, a.code, a.reason) < std::tie(b.name, b.code, b.reason);
+      });
+    }
   }
   return all;
 }

@@ -1,32 +1,29 @@
 #include "index/ingest/input_provenance.h"
 
+#include "index/errors.h"
+#include "index/text.h"
+
 #include <algorithm>
+#include <optional>
 #include <tuple>
 #include <utility>
 
 namespace filiform {
 namespace {
 
-std::string firstCode(const InputReport& report) {
-  return report.codes.empty() ? "" : std::string(name(report.codes.all().front().first));
-}
-
 void addSource(const SourceReport& source, Provenance& provenance) {
   std::uint64_t cells = 0;
-  if (source.archive) {
-    for (const EntryReport& entry : source.entries) {
-      if (entry.report.codes[InputCode::OTHER_VERSION] > 0) continue;  // counted with the codes
-      if (entry.report.severity == Severity::kRefuse || entry.dropped)
-        provenance.refused.push_back(
-            {source.file + "/" + entry.entry, firstCode(entry.report), refusedFor(entry.report)});
-      else
-        ++cells;
-    }
-  } else if (source.report.severity != Severity::kRefuse && !source.left_out) {
-    cells = 1;
-  }
-  if (source.report.severity == Severity::kRefuse)
-    provenance.refused.push_back({source.file, firstCode(source.report), refusedFor(source.report)});
+  const auto take = [&](const std::string& input, const InputReport& report, const InputOutcome& outcome) {
+    if (report.codes[InputCode::OTHER_VERSION] > 0) return;  // counted with the codes
+    if (!outcome.isLost())
+      ++cells;
+    else
+      (outcome.fate == InputFate::kRefused ? provenance.refused : provenance.skipped)
+          .push_back({input, outcome.code, outcome.reason});
+  };
+  if (const std::optional<InputOutcome> outcome = outcomeOf(source)) take(source.file, source.report, *outcome);
+  for (const EntryReport& entry : source.entries)
+    take(source.file + "/" + entry.entry, entry.report, outcomeOf(source, entry));
   provenance.sources.push_back({source.file, source.bytes, source.digest, cells});
   if (anyDropped(source)) provenance.sources.back().dropped = [&source](const auto& use) { writeDropped(source, use); };
 }
@@ -50,9 +47,28 @@ void addPlacements(const PlacedCells& placed, Provenance& provenance) {
 
 }  // namespace
 
-std::string refusedFor(const InputReport& report) {
-  const std::string reason = refusalReason(report);
-  return reason.empty() ? "warnings under --strict" : reason;
+void requireUsable(const std::vector<SourceReport>& reports, const PlacedCells* placed, bool strict) {
+  const InputTotals all = totals(reports);
+  const bool refuse = strict && all.refused > 0;
+  if (refuse || all.accepted + all.warned == 0) {
+    std::string first;
+    forEachInput(reports, [&](const std::string& input, const InputReport&, const InputOutcome& outcome) {
+      if (first.empty() && (refuse ? outcome.fate == InputFate::kRefused : outcome.isLost()))
+        first = escaped(input) + ": " + outcome.reason;
+    });
+    if (refuse)
+      throw InputError("strict: " + std::to_string(all.refused) + " of " +
+                       std::to_string(all.accepted + all.warned + all.skipped + all.refused) +
+                       " inputs refused, nothing written; the first is " + first);
+    throw InputError("no usable neuron in the input" + (first.empty() ? "" : " (" + first + ")"));
+  }
+  if (placed == nullptr) return;
+  const PlacementReport& report = placed->report();
+  const std::string table = escaped(placed->table().file());
+  if (strict && !report.codes.empty())
+    throw InputError("strict: " + table + ":" + std::to_string(report.records.front().line) + ": " +
+                     std::string(explanation(report.records.front().code)) + "; nothing written");
+  if (report.placed == 0) throw InputError(table + ": no row of the table places a morphology");
 }
 
 Provenance provenanceOf(const std::vector<SourceReport>& reports, const PlacedCells* placed) {
@@ -65,9 +81,10 @@ Provenance provenanceOf(const std::vector<SourceReport>& reports, const PlacedCe
   std::sort(provenance.sources.begin(), provenance.sources.end(), [](const auto& x, const auto& y) {
     return std::tie(x.name, x.digest, x.bytes) < std::tie(y.name, y.digest, y.bytes);
   });
-  std::sort(provenance.refused.begin(), provenance.refused.end(), [](const auto& x, const auto& y) {
-    return std::tie(x.name, x.code, x.reason) < std::tie(y.name, y.code, y.reason);
-  });
+  for (auto* const lost : {&provenance.refused, &provenance.skipped})
+    std::sort(lost->begin(), lost->end(), [](const auto& x, const auto& y) {
+      return std::tie(x.name, x.code, x.reason) < std::tie(y.name, y.code, y.reason);
+    });
   return provenance;
 }
 

@@ -14,7 +14,9 @@
 #include "index/cell/cell.h"
 #include "index/containers/versions.h"
 #include "index/formats/swc.h"
+#include "index/hdf5/hdf5_program.h"
 #include "index/input/input_options.h"
+#include "index/input/input_outcome.h"
 #include "index/input/source_report.h"
 #include "index/remote/remote_options.h"
 #include "index/reports/input_report.h"
@@ -120,10 +122,6 @@ class Input : public CellStream {
   std::unique_ptr<State> state_;
 };
 
-// The outcome for one input: a file or an archive entry. A lost entry counts as skipped unless its archive is refused.
-// So an input is refused only if anyRefused() is true.
-enum class InputFate : std::uint8_t { kAccepted, kWarned, kSkipped, kRefused };
-
 struct InputTotals {
   std::uint64_t accepted = 0, warned = 0, skipped = 0, refused = 0;  // inputs, by InputFate
   std::uint64_t bytes = 0, samples = 0, segments = 0, isolated = 0, roots = 0;
@@ -144,8 +142,8 @@ bool anyRefused(const std::vector<SourceReport>& reports);
 // Writes a header line and `file severity samples segments dropped codes` for each row, tab-separated, names escaped.
 void writeCheckTable(std::ostream& out, const std::vector<SourceReport>& reports);
 
-// A few lines for the user: totals, each code with count and meaning, and the first 20 refused and skipped inputs with
-// the reason. Ends with a newline.
+// A few lines for the user: totals, each code with count, meaning and its first place, and the first 20 refused and
+// skipped inputs with the reason. Ends with a newline.
 std::string summary(const std::vector<SourceReport>& reports);
 
 }  // namespace filiform

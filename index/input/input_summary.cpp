@@ -7,60 +7,21 @@
 #include <ostream>
 #include <string>
 #include <string_view>
-#include <utility>
 
 namespace filiform {
 namespace {
 
 constexpr std::size_t kNamedInputs = 20;
 
-void appendPart(std::string& list, std::string_view part) {
-  if (!list.empty()) list += ',';
-  list += part;
-}
-
-std::string codesColumn(const CodeCounts& codes) {
-  std::string list;
-  for (const auto& [code, count] : codes.all()) appendPart(list, std::string(name(code)) + ":" + std::to_string(count));
-  return list.empty() ? "-" : list;
-}
-
-std::string reason(const InputReport& report) {
-  if (!report.codes.empty() && (report.codes.anyRefusal() || report.severity == Severity::kWarn)) {
-    const InputCode code = report.codes.all().front().first;
-    const std::string why = isRefusal(code) ? refusalReason(report) : std::string(explanation(code));
-    return why + " (" + std::string(name(code)) + ")";
-  }
-  return "warnings, refused because of --strict (" + codesColumn(report.codes) + ")";
-}
-
-InputFate fateOf(const InputReport& report) {
-  switch (report.severity) {
-    case Severity::kAccept:
-      return InputFate::kAccepted;
-    case Severity::kWarn:
-      return InputFate::kWarned;
-    case Severity::kRefuse:
-      return InputFate::kRefused;
-  }
-  return InputFate::kRefused;
-}
-
-// Calls `use(name, report, fate)` for each input: plain files, entries, and refused archives without a refused entry.
-template <class Use>
-void forEachInput(const std::vector<SourceReport>& rows, Use use) {
-  for (const SourceReport& row : rows) {
-    const bool refused = row.report.severity == Severity::kRefuse;
-    const auto fate = [&](const EntryReport& entry) {
-      if (!entry.dropped) return fateOf(entry.report);
-      return refused && entry.report.severity == Severity::kRefuse ? InputFate::kRefused : InputFate::kSkipped;
-    };
-    const bool told = std::any_of(row.entries.begin(), row.entries.end(),
-                                  [&](const EntryReport& entry) { return fate(entry) == InputFate::kRefused; });
-    if (!row.archive || (refused && !told))
-      use(row.file, row.report, row.left_out ? InputFate::kSkipped : fateOf(row.report));
-    for (const EntryReport& entry : row.entries) use(row.file + "/" + entry.entry, entry.report, fate(entry));
-  }
+// Where a code occurs first, as `input:line`; empty if no line is recorded.
+std::string firstPlace(const std::vector<SourceReport>& reports, InputCode code) {
+  std::string place;
+  forEachInput(reports, [&](const std::string& input, const InputReport& report, const InputOutcome&) {
+    if (!place.empty() || report.codes[code] == 0) return;
+    for (auto record = report.records.begin(); place.empty() && record != report.records.end(); ++record)
+      if (record->code == code && record->line > 0) place = inShort(input) + ":" + std::to_string(record->line);
+  });
+  return place;
 }
 
 }  // namespace
@@ -102,21 +63,9 @@ void writeDropped(const SourceReport& row, const std::function<void(std::string_
 
 InputTotals totals(const std::vector<SourceReport>& reports) {
   InputTotals sum;
-  forEachInput(reports, [&](const std::string&, const InputReport&, InputFate fate) {
-    switch (fate) {
-      case InputFate::kAccepted:
-        ++sum.accepted;
-        break;
-      case InputFate::kWarned:
-        ++sum.warned;
-        break;
-      case InputFate::kSkipped:
-        ++sum.skipped;
-        break;
-      case InputFate::kRefused:
-        ++sum.refused;
-        break;
-    }
+  std::uint64_t* const counts[] = {&sum.accepted, &sum.warned, &sum.skipped, &sum.refused};  // by InputFate
+  forEachInput(reports, [&](const std::string&, const InputReport&, const InputOutcome& outcome) {
+    ++*counts[static_cast<std::size_t>(outcome.fate)];
   });
   for (const SourceReport& row : reports) {
     sum.bytes += row.bytes;
@@ -146,7 +95,7 @@ void writeCheckTable(std::ostream& out, const std::vector<SourceReport>& reports
       writeDropped(row, [&](std::string_view piece) { out << piece; });
     else
       out << '-';
-    out << '\t' << codesColumn(row.report.codes) << '\n';
+    out << '\t' << codesText(row.report.codes) << '\n';
   }
 }
 
@@ -157,17 +106,19 @@ std::string summary(const std::vector<SourceReport>& reports) {
                     (sum.skipped > 0 ? formatCount(sum.skipped) + " skipped, " : "") + formatCount(sum.refused) +
                     " refused; " + counted(sum.samples, "sample") + ", " + counted(sum.segments, "segment") + " kept\n";
   for (const auto& [code, count] : sum.codes.all()) {
-    if (!isRefusal(code))
-      out += "  " + std::string(name(code)) + " " + formatCount(count) + ": " + std::string(explanation(code)) + "\n";
+    if (isRefusal(code)) continue;
+    const std::string first = firstPlace(reports, code);
+    out += "  " + std::string(name(code)) + " " + formatCount(count) + ": " + std::string(explanation(code)) +
+           (first.empty() ? "" : " (first: " + first + ")") + "\n";
   }
-  for (const auto& kind : {std::pair(InputFate::kRefused, " refused"), {InputFate::kSkipped, " skipped"}}) {
-    const InputFate fate = kind.first;  // clang 14 cannot capture structured bindings in lambdas
-    const char* const word = kind.second;
+  for (const InputFate fate : {InputFate::kRefused, InputFate::kSkipped}) {
+    const std::string word = " " + std::string(name(fate));
     std::size_t named = 0;
-    forEachInput(reports, [&](const std::string& input, const InputReport& report, InputFate its_fate) {
+    forEachInput(reports, [&](const std::string& input, const InputReport& report, const InputOutcome& outcome) {
       if (report.codes[InputCode::OTHER_VERSION] > 0) return;  // counted above; there may be many
-      if (its_fate == fate && ++named <= kNamedInputs)
-        out += " " + std::string(word) + " " + inShort(input) + ": " + reason(report) + "\n";
+      if (outcome.fate == fate && ++named <= kNamedInputs)
+        out += " " + word + " " + inShort(input) + ": " + outcome.reason +
+               (outcome.code.empty() ? "" : " (" + outcome.code + ")") + "\n";
     });
     if (named > kNamedInputs) out += "  and " + formatCount(named - kNamedInputs) + " more" + word + "\n";
   }

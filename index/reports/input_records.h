@@ -12,6 +12,7 @@
 #include <iterator>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace filiform {
@@ -19,6 +20,8 @@ namespace filiform {
 enum class InputCode : std::uint8_t;
 
 enum class Effect : std::uint8_t { kRemark, kLineDropped, kLinkCut, kInputRefused };
+// What was done: "kept", "dropped", "cut"; "left_out" for a whole input.
+std::string_view name(Effect effect);
 
 struct InputRecord {
   std::uint64_t line = 0;  // from 1; 0: no particular line

@@ -83,6 +83,11 @@ std::string_view name(Severity severity) {
   return kNames[static_cast<std::size_t>(severity)];
 }
 
+std::string_view name(Effect effect) {
+  static constexpr std::string_view kNames[] = {"kept", "dropped", "cut", "left_out"};
+  return kNames[static_cast<std::size_t>(effect)];
+}
+
 void CodeCounts::add(InputCode code, std::uint64_t count) {
   if (count == 0) return;
   const auto at = std::lower_bound(counts_.begin(), counts_.end(), code,

@@ -20,11 +20,11 @@ struct Provenance {
     // dropped.
     std::function<void(const std::function<void(std::string_view piece)>& use)> dropped = {};
   };
-  struct Refused {
+  struct Lost {
     std::string name, code, reason;
   };
   std::vector<Source> sources;
-  std::vector<Refused> refused;
+  std::vector<Lost> refused, skipped;
   std::map<std::string, std::uint64_t> codes;  // number of reports by code
 };
 

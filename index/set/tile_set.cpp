@@ -35,8 +35,8 @@ struct TileSet::Impl {
   mutable internal::ReadOnce<UsualBox> usual;  // if the manifest does not state it
   mutable internal::ReadOnce<std::vector<internal::Patch>> patches;
 
-  explicit Impl(std::unique_ptr<TileSource> source)
-      : revision(std::move(source)), directory(revision), cells(revision) {}
+  Impl(std::unique_ptr<TileSource> source, const std::string& wanted)
+      : revision(std::move(source), wanted), directory(revision), cells(revision) {}
 
   const internal::Manifest& manifest() const { return revision.manifest(); }
   // A tile, or the patch of a tile.
@@ -89,12 +89,13 @@ Bytes TileSet::Impl::part(TileId tile, const internal::TileLocation& at, bool ap
 TileSet::TileSet(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 TileSet::~TileSet() = default;
 
-std::unique_ptr<TileSet> TileSet::open(const std::string& name, const RemoteOptions& remote) {
+std::unique_ptr<TileSet> TileSet::open(const std::string& name, const RemoteOptions& remote,
+                                       const std::string& revision) {
   // A new revision may be published between reading CURRENT and opening the first file: then start again.
   const bool is_address = isAddress(name);
   for (int attempt = 0;; ++attempt) {
     try {
-      return open(openSource(name, remote));
+      return open(openSource(name, remote), revision);
     } catch (const internal::NotOnServer&) {
       if (attempt == 2) throw;
     } catch (const IoError&) {
@@ -103,8 +104,8 @@ std::unique_ptr<TileSet> TileSet::open(const std::string& name, const RemoteOpti
   }
 }
 
-std::unique_ptr<TileSet> TileSet::open(std::unique_ptr<TileSource> source) {
-  return std::unique_ptr<TileSet>(new TileSet(std::make_unique<Impl>(std::move(source))));
+std::unique_ptr<TileSet> TileSet::open(std::unique_ptr<TileSource> source, const std::string& revision) {
+  return std::unique_ptr<TileSet>(new TileSet(std::make_unique<Impl>(std::move(source), revision)));
 }
 
 Grid TileSet::grid() const { return impl_->manifest().grid; }
@@ -260,6 +261,7 @@ std::string TileSet::readProvenance() const {
 }
 
 std::uint64_t TileSet::refused() const { return impl_->manifest().refused; }
+std::uint64_t TileSet::skipped() const { return impl_->manifest().skipped; }
 const SetCounts& TileSet::counts() const { return impl_->manifest().counts; }
 const GridBox& TileSet::bounds() const { return impl_->manifest().bounds; }
 const std::vector<SetFile>& TileSet::files() const { return impl_->manifest().files; }

@@ -27,12 +27,13 @@ struct TileLocation;
 class TileSet final : public TileStore {
  public:
   // Opens a set by its name, a folder or an address (http_source.h); `remote` is for addresses. Opens the revision that
-  // CURRENT names, and keeps reading this revision if another is published later. openFolder() states how many files
-  // stay open. Reads CURRENT and the manifest. All other data are read and checked at first use:
+  // CURRENT names, or `revision` if it is given, and keeps reading it if another is published later. openFolder()
+  // states how many files stay open. Reads CURRENT and the manifest. All other data are read and checked at first use:
   // before the first tile, two pages of the directory. Throws IoError if there is no tile set, InputError if an older
   // filiform made it, CorruptSet if the bytes differ from those written. O(pages of the directory).
-  static std::unique_ptr<TileSet> open(const std::string& name, const RemoteOptions& remote = {});
-  static std::unique_ptr<TileSet> open(std::unique_ptr<TileSource> source);
+  static std::unique_ptr<TileSet> open(const std::string& name, const RemoteOptions& remote = {},
+                                       const std::string& revision = {});
+  static std::unique_ptr<TileSet> open(std::unique_ptr<TileSource> source, const std::string& revision = {});
   ~TileSet() override;
 
   Grid grid() const override;
@@ -65,6 +66,7 @@ class TileSet final : public TileStore {
   const std::string& manifest() const;  // text of the manifest, JSON
   std::string readProvenance() const;   // text of provenance.json; throws CorruptSet, IoError
   std::uint64_t refused() const;        // number of inputs that ingest refused
+  std::uint64_t skipped() const;        // number of entries that ingest left out of archives, other versions excepted
   const SetCounts& counts() const;      // as the manifest states
   const GridBox& bounds() const;        // of all samples
   const std::vector<SetFile>& files() const;

@@ -128,6 +128,10 @@ std::vector<Option> outputOptions(const std::string& swc, const std::string& set
        [swc, set](const std::string& out) {
          return Arguments{"ingest", swc, "-o", set + ".again", "--force", "--report", out};
        }},
+      {"check --report",
+       [swc](const std::string& out) {
+         return Arguments{"check", swc, "--report", out};
+       }},
       {"export -o", [set](const std::string& out) { return Arguments{"export", set, "--cell", "cell", "-o", out}; }},
       {"export -o .zip",
        [set](const std::string& out) {

@@ -65,10 +65,14 @@ TEST_F(Unreadable, IngestTakesTheOthersUnlessStrict) {
   EXPECT_NE(outcome.out.find("refused b.swc: cannot open: Permission denied"), std::string::npos) << outcome.out;
   EXPECT_EQ(run({"verify", "--deep", folder_ / "out/a.fil"}).exit_code, 0);
 
-  const Outcome strict = run({"ingest", "--strict", folder_ / "in", "-o", folder_ / "out/b.fil"});
+  const Outcome strict =
+      run({"ingest", "--strict", folder_ / "in", "-o", folder_ / "out/b.fil", "--report", folder_ / "out/b.json"});
   EXPECT_EQ(strict.exit_code, 1);
-  EXPECT_NE(strict.err.find("3 of 5 inputs refused"), std::string::npos) << strict.err;
+  EXPECT_NE(strict.err.find("3 of 5 inputs refused, nothing written; the first is b.swc: cannot open"),
+            std::string::npos)
+      << strict.err;
   EXPECT_FALSE(fs::exists(folder_ / "out/b.fil"));
+  EXPECT_NE(test::readBytes(folder_ / "out/b.json").find("\"fate\": \"refused\""), std::string::npos);
 }
 
 TEST_F(Unreadable, IngestOfNothingElseExitsOneWithTheReason) {

@@ -61,24 +61,6 @@ InputOptions inputOptionsFrom(const filiform_ingest_options& options, const Inge
   return reading;
 }
 
-// Throws InputError if the input may not be used.
-void requireUsable(const Input& input, const PlacedCells* placed, bool strict) {
-  const InputTotals all = totals(input.reports());
-  if (strict && all.refused > 0)
-    throw InputError("strict: " + counted(all.refused, "input") + " refused, nothing written");
-  if (all.accepted + all.warned == 0) {
-    std::string first = "nothing was read";
-    if (!input.reports().empty())
-      first = inShort(input.reports().front().file) + ": " + refusalReason(input.reports().front().report);
-    throw InputError("no usable neuron in the input (" + first + ")");
-  }
-  if (placed == nullptr) return;
-  if (strict && !placed->report().codes.empty())
-    throw InputError("strict: " + inShort(placed->table().file()) + " has rows that were dropped, nothing written");
-  if (placed->report().placed == 0)
-    throw InputError(inShort(placed->table().file()) + ": no row of the table places a morphology");
-}
-
 void ingestCells(const std::vector<std::string>& paths, const std::string& output,
                  const filiform_ingest_options& options, filiform_ingest_result* result) {
   const ToldProgress progress(options);
@@ -93,7 +75,7 @@ void ingestCells(const std::vector<std::string>& paths, const std::string& outpu
   }
   const PlacedCells* const table = placed ? &*placed : nullptr;
   wanted.provenance = [&] {
-    requireUsable(input, table, options.strict != 0);
+    requireUsable(input.reports(), table, options.strict != 0);
     return provenanceOf(input.reports(), table);
   };
   wanted.progress = [&progress](const char* phase, std::uint64_t done, std::uint64_t total) {

@@ -3,12 +3,16 @@
 #include "index/circuits/circuit.h"
 #include "index/errors.h"
 #include "index/input/input.h"
+#include "index/output.h"
 #include "index/ranks/rank_inputs.h"
+#include "index/remote/http_source.h"
 #include "index/text.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/shared/circuit_report.h"
+#include "tools/commands/shared/input_report_json.h"
 #include "tools/commands/shared/reading_arguments.h"
 #include "tools/program/interruption.h"
+#include "tools/program/output_check.h"
 #include "tools/program/progress.h"
 #include "tools/program/progress_option.h"
 #include "tools/words/numbers.h"
@@ -33,17 +37,11 @@ using Json = nlohmann::ordered_json;
 
 struct CheckArguments {
   std::vector<std::string> inputs;
-  std::string unit = "um";
+  std::string unit = "um", report;
   CircuitOptions circuit;
   bool tsv = false, json = false, strict = false, no_soma_links = false;
   std::shared_ptr<ReadingArguments> reading;
 };
-
-Json countsOf(const CodeCounts& codes) {
-  Json counts = Json::object();
-  for (const auto& [code, count] : codes.all()) counts[std::string(name(code))] = count;
-  return counts;
-}
 
 // Remarks that have no column in the TSV.
 struct CheckNotes {
@@ -87,7 +85,7 @@ void writeCheckJson(std::ostream& out, const std::vector<SourceReport>& reports,
                    {"bytes", all.bytes},
                    {"samples", all.samples},
                    {"segments", all.segments},
-                   {"codes", countsOf(all.codes)},
+                   {"codes", countsJson(all.codes)},
                    {"unit_doubt", notes.unit_doubt},
                    {"soma_three_point_off", notes.soma_three_point_off},
                    {"populations", populationsJson(notes.populations)}},
@@ -95,20 +93,7 @@ void writeCheckJson(std::ostream& out, const std::vector<SourceReport>& reports,
   object.beginList("files");
   for (const SourceReport& row : reports) {
     object.beginElement();
-    OpenJson file(out,
-                  {{"file", row.file},
-                   {"severity", std::string(name(row.report.severity))},
-                   {"samples", row.report.samples},
-                   {"segments", row.report.segments}},
-                  2);
-    file.beginText("dropped");
-    if (anyDropped(row))
-      writeDropped(row, [&](std::string_view piece) { file.addText(piece); });
-    else
-      file.addText("-");
-    file.endText();
-    file.member("codes", countsOf(row.report.codes));
-    file.end();
+    writeSourceJson(out, row, 2);
   }
   object.endList();
   object.end();
@@ -140,6 +125,15 @@ int runCheck(const CheckArguments& a, Ranks* ranks) {
   };
   options.swc.soma_links = !a.no_soma_links;
   refuseSeveralCircuits(a.inputs);
+  std::optional<Output> report;
+  if (!a.report.empty()) {
+    std::vector<NamedPath> inputs;
+    for (const std::string& path : a.inputs)
+      if (!isAddress(path)) inputs.push_back({"INPUT", path});
+    checkOutputs(inputs, {{"--report", a.report}});
+    if (ranks == nullptr || ranks->rank() == 0) report.emplace(a.report, OutputOptions{.cancel = &interruptFlag()});
+  }
+  std::ostream& people = report && report->isStandardOutput() ? std::cerr : std::cout;
   std::optional<Circuit> circuit;
   if (Circuit::isCircuit(a.inputs, a.circuit))
     circuit.emplace(Circuit::read(a.inputs.front(), a.circuit));
@@ -160,12 +154,16 @@ int runCheck(const CheckArguments& a, Ranks* ranks) {
   if (circuit) notes.populations = circuit->populations();
   const std::vector<SourceReport> reports = reportsOf(input, circuit ? &*circuit : nullptr);
   notes.unit_doubt = input.unitDoubt();
+  if (report) {
+    writeReportJson(report->stream(), reports);
+    report->finish();
+  }
   if (a.json)
-    writeCheckJson(std::cout, reports, notes);
+    writeCheckJson(people, reports, notes);
   else if (a.tsv)
-    writeCheckTable(std::cout, reports);
+    writeCheckTable(people, reports);
   else
-    std::cout << summary(reports) << notesText(notes) << describePopulations(notes.populations);
+    people << summary(reports) << notesText(notes) << describePopulations(notes.populations);
   if (!notes.unit_doubt.empty()) std::cerr << "filiform: note: " << notes.unit_doubt << '\n';
   if (circuit)
     for (const std::string& doubt : circuit->doubts()) std::cerr << "filiform: note: " << doubt << '\n';
@@ -183,10 +181,12 @@ void addCheckThat(CLI::App& app, Chosen& chosen, const CheckRun& run) {
   command->add_option("INPUT", arguments->inputs, kInputHelp)->required();
   CLI::Option* const tsv = command->add_flag("--tsv", arguments->tsv,
                                              "write one row an input: file severity samples segments dropped codes");
-  command
-      ->add_flag("--json", arguments->json,
-                 "write one object: the verdict, counts, and the fields of --tsv for each file")
+  command->add_flag("--json", arguments->json, "write one object: the verdict, counts, and each file with its records")
       ->excludes(tsv);
+  command
+      ->add_option("--report", arguments->report,
+                   "write a JSON record of everything dropped, cut or remarked, as ingest does")
+      ->type_name("FILE");
   command->add_option("--unit", arguments->unit, kUnitHelp)->capture_default_str();
   addCircuitArguments(*command, arguments->circuit, arguments->no_soma_links);
   command->add_flag("--strict", arguments->strict, "refuse every file that has a warning");

@@ -128,6 +128,12 @@ void printLine(const char* what, const std::string& value, const std::string& no
   std::cout << "  " << what << std::string(18 - std::string_view(what).size(), ' ') << value << note << '\n';
 }
 
+// Names the first 20 inputs and their reasons.
+void printInputs(const std::vector<std::pair<std::string, std::string>>& inputs) {
+  for (std::size_t i = 0; i < std::min<std::size_t>(inputs.size(), 20); ++i)
+    std::cout << "    " << escaped(inputs[i].first) << ": " << inputs[i].second << '\n';
+}
+
 void printLevels(const Levels& levels) {
   printLine("levels", formatCount(levels.size()), "  tiles of simplified neurites, for viewing");
   printLine("  segments", formatCount(levelSegments(levels)));
@@ -166,10 +172,11 @@ void printInfo(const TileSet& set, const Levels* levels, const InfoArguments& a)
   printLine("on disk", formatBytes(set.bytes()));
   printLine("in memory", formatBytes(n.decoded_bytes), "  if all tiles were resident");
   printLine("smallest budget", formatBytes(Residency::floorBytes(set)), "  for navigate --budget");
+  const LostInputs lost = lostInputs(set);
   printLine("refused inputs", formatCount(set.refused()));
-  const auto refused_inputs = refusedInputs(set);
-  for (std::size_t i = 0; i < std::min<std::size_t>(refused_inputs.size(), 20); ++i)
-    std::cout << "    " << escaped(refused_inputs[i].first) << ": " << refused_inputs[i].second << '\n';
+  printInputs(lost.refused);
+  if (set.skipped() > 0) printLine("skipped inputs", formatCount(set.skipped()), "  entries left out of archives");
+  printInputs(lost.skipped);
   if (a.sha256) printLine("sha256", digestOf(set), "  of all bytes; verify --sha256 compares");
   if (a.parameters) printParameters(measuredParameters(set, a.cell));
 }

@@ -67,15 +67,6 @@ int quantumExponentOf(const std::string& text) {
 // `given`, or one a core if it is 0.
 unsigned threadsOr(unsigned given) { return given != 0 ? given : std::max(1u, std::thread::hardware_concurrency()); }
 
-void checkPlacements(const PlacedCells& placed, bool strict) {
-  const PlacementReport& report = placed.report();
-  const PlacementTable& table = placed.table();
-  if (strict && !report.codes.empty())
-    throw InputError("--strict: " + inShort(table.file()) + ":" + std::to_string(report.records.front().line) + ": " +
-                     std::string(explanation(report.records.front().code)) + "; nothing written");
-  if (report.placed == 0) throw InputError(inShort(table.file()) + ": no row of the table places a morphology");
-}
-
 std::string placementText(const PlacedCells& placed) {
   const PlacementReport& report = placed.report();
   std::string text = inShort(placed.table().file()) + ": places " +
@@ -119,19 +110,6 @@ IngestOptions ingestOptionsOf(const IngestArguments& a) {
   if (options.memory < kMinIngestMemory)
     throw UsageError("--memory " + inShort(a.memory) + ": give at least " + formatBytes(kMinIngestMemory));
   return options;
-}
-
-// Throws InputError if --strict refuses the input, or if nothing in it is usable.
-void requireUsable(const std::vector<SourceReport>& reports, bool strict) {
-  const InputTotals all = totals(reports);
-  if (strict && all.refused > 0)
-    throw InputError("--strict: " + std::to_string(all.refused) + " of " +
-                     std::to_string(all.accepted + all.warned + all.skipped + all.refused) +
-                     " inputs refused, nothing written; filiform check says which and why");
-  if (all.accepted + all.warned > 0) return;
-  const std::string first =
-      reports.empty() ? "nothing was read" : inShort(reports.front().file) + ": " + refusedFor(reports.front().report);
-  throw InputError("no usable neuron in the input (" + first + "); filiform check lists what is wrong");
 }
 
 // Throws UsageError for arguments that exclude each other.
@@ -229,9 +207,11 @@ int runIngest(const IngestArguments& a, Ranks* ranks) {
     if (parts) parts->gather(attributed ? &*attributed : nullptr);
     if (!is_first) return Provenance{};
     reports = reportsOf(input, circuit ? &*circuit : nullptr);
-    if (report) writeReportJson(report->stream(), reports);
-    requireUsable(reports, a.strict);
-    if (placed != nullptr && (!circuit || circuit->graphs().empty())) checkPlacements(*placed, a.strict);
+    if (report) {  // also if the inputs are then refused
+      writeReportJson(report->stream(), reports);
+      report->finish();
+    }
+    requireUsable(reports, circuit && !circuit->graphs().empty() ? nullptr : placed, a.strict);
     return provenanceOf(reports, placed);
   };
   options.progress = [&](const char* phase, std::uint64_t done, std::uint64_t total) {
@@ -245,7 +225,6 @@ int runIngest(const IngestArguments& a, Ranks* ranks) {
   else
     result.set = ingest(all_cells, a.out, options);
   if (!is_first) return 0;
-  if (report) report->finish();
   progress.end();
   people << summary(reports);
   if (circuit) people << describePopulations(circuit->populations());

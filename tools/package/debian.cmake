@@ -62,7 +62,7 @@ This package holds the page that filiform serve shows at /travel/.")
 
 set(software_renderer "libegl1, libgl1-mesa-dri")  # opened at run time, for pictures
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS "${software_renderer}")
-set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS "${software_renderer}")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS "filiform, ${software_renderer}")  # filiform: reads HDF5 files
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "filiform-lab, filiform-web, ffmpeg")
 set(CPACK_DEBIAN_LAB_PACKAGE_DEPENDS "filiform (= ${PROJECT_VERSION})")
 set(CPACK_DEBIAN_WEB_PACKAGE_ARCHITECTURE all)

@@ -129,23 +129,20 @@ py::array verticesOf(const PythonCell& cell) {
   return sealed(std::move(array));
 }
 
-// Ranks of child and parent, one row a segment; isolated samples have no row.
-py::array edgesOf(const PythonCell& cell) {
+// Ranks of child and parent by the number of the segment. Equal for isolated samples and, without loops, for roots.
+py::array endsOf(const PythonCell& cell) {
   const CellGraph& graph = cell.graph();
-  std::vector<std::array<std::uint32_t, 2>> edges;
+  py::array_t<std::uint32_t> array(
+      {static_cast<py::ssize_t>(graph.isGraph() ? graph.links.size() : graph.samples()), py::ssize_t{2}});
+  std::uint32_t* at = array.mutable_data();
   {
     const py::gil_scoped_release released;
-    edges.reserve(graph.samples());
-    if (graph.isGraph()) {
-      for (const auto& link : graph.links)
-        if (link[0] != link[1]) edges.push_back(link);
-    } else {
-      for (std::uint32_t rank = 0; rank < graph.samples(); ++rank)
-        if (graph.parents[rank] != kNoParent) edges.push_back({rank, graph.parents[rank]});
+    for (const auto& link : graph.links) at = std::copy_n(link.data(), 2, at);
+    for (std::uint32_t rank = 0; !graph.isGraph() && rank < graph.samples(); ++rank) {
+      *at++ = rank;
+      *at++ = graph.parents[rank] == kNoParent ? rank : graph.parents[rank];
     }
   }
-  py::array_t<std::uint32_t> array({static_cast<py::ssize_t>(edges.size()), py::ssize_t{2}});
-  std::copy_n(reinterpret_cast<const std::uint32_t*>(edges.data()), 2 * edges.size(), array.mutable_data());
   return sealed(std::move(array));
 }
 
@@ -251,7 +248,7 @@ void addCell(py::module_& module) {
       .def(py::init(&readPythonCell))
       .def("nodes", &nodesOf)
       .def("vertices", &verticesOf)
-      .def("edges", &edgesOf)
+      .def("ends", &endsOf)
       .def("node_ids", [](py::object self) { return shared(self.cast<const PythonCell&>().ids, self); })
       .def("radius", [](py::object self) { return shared(self.cast<const PythonCell&>().graph().radii_um, self); })
       .def("types", [](py::object self) { return shared(self.cast<const PythonCell&>().graph().types, self); })

@@ -1,13 +1,13 @@
 // Making a tile set from Python.
 #include "index/ingest/ingest.h"
 
+#include "index/circuits/circuit.h"
 #include "index/circuits/placements.h"
 #include "index/count_text.h"
 #include "index/errors.h"
 #include "index/ingest/growth.h"
 #include "index/ingest/input_provenance.h"
 #include "index/input/input.h"
-#include "index/text.h"
 #include "tools/python/internal/arguments.h"
 #include "tools/python/internal/bindings.h"
 #include "tools/python/internal/calls.h"
@@ -15,6 +15,8 @@
 
 #include <algorithm>
 #include <atomic>
+#include <iterator>
+#include <memory>
 #include <optional>
 #include <pybind11/stl.h>
 #include <thread>
@@ -34,28 +36,52 @@ struct Wanted {
 
 struct Made {
   GrowthResult result;
-  std::string summary, doubt;
-  std::vector<std::pair<std::string, std::string>> refused;
-  InputTotals totals;
+  std::string doubt;
+  std::vector<SourceReport> reports;
 };
 
-void requireUsable(const std::vector<SourceReport>& reports, bool strict) {
-  const InputTotals all = totals(reports);
-  if (strict && all.refused > 0)
-    throw InputError("strict: " + counted(all.refused, "input") + " refused; nothing was written");
-  if (all.accepted + all.warned > 0) return;
-  const std::string first =
-      reports.empty() ? "nothing was read" : inShort(reports.front().file) + ": " + refusedFor(reports.front().report);
-  throw InputError("inputs: no usable neuron (" + first + ")");
-}
-
-void collectRefused(const std::vector<SourceReport>& reports, Made& made) {
-  for (const SourceReport& row : reports) {
-    if (!row.archive && row.report.severity == Severity::kRefuse)
-      made.refused.emplace_back(row.file, refusedFor(row.report));
-    for (const EntryReport& entry : row.entries)
-      if (entry.dropped) made.refused.emplace_back(row.file + "/" + entry.entry, refusedFor(entry.report));
+// The records of all inputs, one after the other. Made in Python by `records()` of the result; read once.
+class RecordReader {
+ public:
+  explicit RecordReader(std::shared_ptr<const std::vector<SourceReport>> reports) : reports_(std::move(reports)) {
+    for (const SourceReport& row : *reports_) {
+      // The records of an archive are those of the archive itself; its entries have their own.
+      parts_.push_back({row.file, &row.report.records});
+      for (const EntryReport& entry : row.entries)
+        parts_.push_back({row.file + "/" + entry.entry, &entry.report.records});
+    }
   }
+  // (input, line, code, effect, token)
+  py::tuple next() {
+    while (!at_ || *at_ == std::default_sentinel) {
+      if (part_ == parts_.size()) throw py::stop_iteration();
+      at_.emplace(*parts_[part_++].records);
+    }
+    const InputRecord& record = **at_;
+    py::tuple row = py::make_tuple(py::bytes(parts_[part_ - 1].input), record.line, std::string(name(record.code)),
+                                   std::string(name(record.effect)), py::bytes(record.token));
+    ++*at_;
+    return row;
+  }
+
+ private:
+  struct Part {
+    std::string input;
+    const InputRecords* records;
+  };
+  std::shared_ptr<const std::vector<SourceReport>> reports_;
+  std::vector<Part> parts_;
+  std::size_t part_ = 0;
+  std::optional<InputRecords::Iterator> at_;
+};
+
+std::uint64_t recordCount(const std::vector<SourceReport>& reports) {
+  std::uint64_t count = 0;
+  for (const SourceReport& row : reports) {
+    count += row.report.records.size();
+    for (const EntryReport& entry : row.entries) count += entry.report.records.size();
+  }
+  return count;
 }
 
 Made make(const Wanted& wanted, const std::atomic<bool>& cancel, const std::function<void(WorkProgress)>& tell) {
@@ -88,8 +114,7 @@ Made make(const Wanted& wanted, const std::atomic<bool>& cancel, const std::func
     options.stream_bytes += placed->held_bytes();
   }
   options.provenance = [&] {
-    requireUsable(input.reports(), wanted.strict);
-    if (placed && placed->report().placed == 0) throw InputError("placements: no row places a morphology");
+    requireUsable(input.reports(), placed ? &*placed : nullptr, wanted.strict);
     return provenanceOf(input.reports(), placed ? &*placed : nullptr);
   };
   CellStream& cells = placed ? static_cast<CellStream&>(*placed) : input;
@@ -98,10 +123,8 @@ Made make(const Wanted& wanted, const std::atomic<bool>& cancel, const std::func
     made.result = addCells(cells, wanted.output, options);
   else
     made.result.set = ingest(cells, wanted.output, options);
-  made.summary = summary(input.reports());
   made.doubt = input.unitDoubt();
-  made.totals = totals(input.reports());
-  collectRefused(input.reports(), made);
+  made.reports = input.reports();
   return made;
 }
 
@@ -132,17 +155,32 @@ py::dict ingestInputs(const std::vector<std::string>& inputs, const std::string&
         if (!progress.is_none()) progress(told.phase, told.done, told.total);
       });
   using namespace pybind11::literals;
-  py::list refused;
-  for (const auto& [name, reason] : made.refused) refused.append(py::make_tuple(py::bytes(name), py::bytes(reason)));
+  const auto reports = std::make_shared<const std::vector<SourceReport>>(std::move(made.reports));
+  py::list refused, skipped;
+  forEachInput(*reports, [&](const std::string& input, const InputReport&, const InputOutcome& outcome) {
+    if (outcome.isLost())
+      (outcome.fate == InputFate::kRefused ? refused : skipped)
+          .append(py::make_tuple(py::bytes(input), py::bytes(outcome.reason)));
+  });
   const SetCounts& counts = made.result.set.counts;
+  const InputTotals all = totals(*reports);
+  const auto read = [reports] { return RecordReader(reports); };
   return py::dict("revision"_a = made.result.set.revision, "cells"_a = counts.cells, "samples"_a = counts.samples,
                   "segments"_a = counts.segments, "tiles"_a = counts.tiles, "bytes"_a = made.result.set.bytes,
-                  "unchanged"_a = made.result.set.unchanged, "accepted"_a = made.totals.accepted + made.totals.warned,
-                  "refused"_a = refused, "summary"_a = py::bytes(made.summary), "note"_a = py::bytes(made.doubt));
+                  "unchanged"_a = made.result.set.unchanged, "accepted"_a = all.accepted + all.warned,
+                  "refused"_a = refused, "skipped"_a = skipped,
+                  "records"_a = py::make_tuple(recordCount(*reports), py::cpp_function(read)),
+                  "summary"_a = py::bytes(summary(*reports)), "note"_a = py::bytes(made.doubt));
 }
 
 }  // namespace
 
-void addIngest(py::module_& module) { module.def("ingest", &ingestInputs); }
+void addIngest(py::module_& module) {
+  py::class_<RecordReader>(module, "RecordReader")
+      .def("__iter__", [](py::object self) { return self; })
+      .def("__next__", &RecordReader::next);
+  module.def("ingest", &ingestInputs);
+  module.def("is_circuit", [](const std::string& path) { return Circuit::isCircuit({path}, {}); });
+}
 
 }  // namespace filiform::python

@@ -13,8 +13,9 @@ std::uint64_t nextSerial() {
 
 }  // namespace
 
-OpenSet::OpenSet(const std::string& name, const RemoteOptions& remote, std::uint64_t budget_bytes)
-    : set_(TileSet::open(name, remote)),
+OpenSet::OpenSet(const std::string& name, const std::string& revision, const RemoteOptions& remote,
+                 std::uint64_t budget_bytes)
+    : set_(TileSet::open(name, remote, revision)),
       nearest_(*set_, {.budget_bytes = budget_bytes}),
       sample_ids_(*set_, budget_bytes / 4),
       serial_(nextSerial()) {}

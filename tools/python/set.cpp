@@ -69,19 +69,19 @@ void addSet(py::module_& module) {
   module.def("parse_bytes",
              [](const std::string& name, const std::string& text) { return tools::parseBytes(name, text); });
   py::class_<SetHandle>(module, "SetHandle")
-      .def(py::init(
-          [](const std::string& name, const std::string& token, const std::string& cache, std::uint64_t budget_bytes) {
-            RemoteOptions remote;
-            remote.token = token;
-            remote.cache_folder = cache;
-            const py::gil_scoped_release released;
-            return std::make_unique<SetHandle>(name, remote, budget_bytes);
-          }))
+      .def(py::init([](const std::string& name, const std::string& revision, const std::string& token,
+                       const std::string& cache, std::uint64_t budget_bytes) {
+        RemoteOptions remote;
+        remote.token = token;
+        remote.cache_folder = cache;
+        const py::gil_scoped_release released;
+        return std::make_unique<SetHandle>(name, revision, remote, budget_bytes);
+      }))
       .def("close", &SetHandle::close)
       .def_property_readonly("closed", &SetHandle::closed)
       .def("current", [](SetHandle& handle) { return std::const_pointer_cast<OpenSet>(handle.get()); })
       .def("info", &infoOf)
-      .def("revision", [](SetHandle& handle) { return handle.get()->set().revision(); })
+      .def_property_readonly("revision", [](const SetHandle& handle) { return handle.revision(); })
       .def("bounds",
            [](SetHandle& handle) {
              const auto open = handle.get();

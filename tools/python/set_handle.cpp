@@ -20,11 +20,12 @@ unsigned countForks() {
 
 }  // namespace
 
-SetHandle::SetHandle(std::string name, RemoteOptions remote, std::uint64_t budget_bytes)
+SetHandle::SetHandle(std::string name, const std::string& revision, RemoteOptions remote, std::uint64_t budget_bytes)
     : name_(std::move(name)),
       remote_(std::move(remote)),
       budget_bytes_(budget_bytes),
-      open_(std::make_shared<const OpenSet>(name_, remote_, budget_bytes_)),
+      open_(std::make_shared<const OpenSet>(name_, revision, remote_, budget_bytes_)),
+      revision_(open_->set().revision()),
       forks_(countForks()) {}
 
 SetHandle::~SetHandle() { abandonIfForked(); }
@@ -41,7 +42,7 @@ void SetHandle::abandonIfForked() noexcept {
 std::shared_ptr<const OpenSet> SetHandle::get() {
   if (closed_) throw UsageError("the set " + inShort(name_) + " is closed; open it again");
   abandonIfForked();
-  if (!open_) open_ = std::make_shared<const OpenSet>(name_, remote_, budget_bytes_);
+  if (!open_) open_ = std::make_shared<const OpenSet>(name_, revision_, remote_, budget_bytes_);
   return open_;
 }
 

@@ -59,9 +59,11 @@ def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
     with tempfile.TemporaryDirectory() as folder:
         work = pathlib.Path(folder)
         installed = work / "installed"
-        subprocess.run(
-            ["cmake", "--install", _build(work), "--component", "python", "--prefix", installed, "--strip"], check=True
-        )
+        build = _build(work)
+        for component in "python", "wheel":
+            subprocess.run(
+                ["cmake", "--install", build, "--component", component, "--prefix", installed, "--strip"], check=True
+            )
         package = next(installed.rglob("__init__.py")).parent
         contents = {f"filiform/{f.name}": f.read_bytes() for f in sorted(package.iterdir()) if f.is_file()}
         info = f"{NAME}.dist-info"
@@ -77,7 +79,7 @@ def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
         with zipfile.ZipFile(pathlib.Path(wheel_directory) / wheel, "w", zipfile.ZIP_DEFLATED) as archive:
             for name, content in contents.items():
                 entry = zipfile.ZipInfo(name)  # a fixed date: the same contents give the same bytes
-                entry.external_attr = 0o644 << 16
+                entry.external_attr = (0o755 if name == "filiform/filiform-hdf5" else 0o644) << 16
                 entry.compress_type = zipfile.ZIP_DEFLATED
                 archive.writestr(entry, content)
     return wheel

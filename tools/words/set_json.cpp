@@ -12,13 +12,14 @@ std::uint64_t levelSegments(const Levels& levels) {
   return segments;
 }
 
-std::vector<std::pair<std::string, std::string>> refusedInputs(const TileSet& set) {
-  std::vector<std::pair<std::string, std::string>> inputs;
-  if (set.refused() == 0) return inputs;
+LostInputs lostInputs(const TileSet& set) {
+  LostInputs lost;
+  if (set.refused() + set.skipped() == 0) return lost;
   const auto provenance = nlohmann::json::parse(set.readProvenance());
-  for (const auto& input : provenance.at("refused"))
-    inputs.emplace_back(input.at("name").get<std::string>(), input.at("reason").get<std::string>());
-  return inputs;
+  for (const auto& [name, inputs] : {std::pair("refused", &lost.refused), {"skipped", &lost.skipped}})
+    for (const auto& input : provenance.value(name, nlohmann::json::array()))
+      inputs->emplace_back(input.at("name").get<std::string>(), input.at("reason").get<std::string>());
+  return lost;
 }
 
 nlohmann::ordered_json setJson(const TileSet& set, const Levels* levels) {
@@ -43,7 +44,9 @@ nlohmann::ordered_json setJson(const TileSet& set, const Levels* levels) {
                               {"level_segments", levels ? levelSegments(*levels) : 0},
                               {"coarsest_level", nullptr},
                               {"smallest_budget_bytes", Residency::floorBytes(set)},
-                              {"refused_inputs", nlohmann::ordered_json::array()}};
+                              {"refused_inputs", nlohmann::ordered_json::array()},
+                              {"skipped", set.skipped()},
+                              {"skipped_inputs", nlohmann::ordered_json::array()}};
   if (!set.bounds().empty())
     for (const GridPoint& corner : {set.bounds().lo, set.bounds().hi}) {
       const Vector3d p_W = set.grid().toWorld(corner);
@@ -56,8 +59,11 @@ nlohmann::ordered_json setJson(const TileSet& set, const Levels* levels) {
                               {"hidden", top.hidden},
                               {"of", top.hidden + top.represented}};
   }
-  for (const auto& [name, reason] : refusedInputs(set))
+  const LostInputs lost = lostInputs(set);
+  for (const auto& [name, reason] : lost.refused)
     info["refused_inputs"].push_back({{"name", name}, {"reason", reason}});
+  for (const auto& [name, reason] : lost.skipped)
+    info["skipped_inputs"].push_back({{"name", name}, {"reason", reason}});
   return info;
 }
 

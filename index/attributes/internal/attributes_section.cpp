@@ -35,11 +35,6 @@ AttributePart readPart(ByteReader& in, std::uint64_t section_bytes) {
   return part;
 }
 
-bool isExactDouble(std::int64_t value) {
-  const double near = static_cast<double>(value);
-  return near < 9223372036854775808.0 && static_cast<std::int64_t>(near) == value;
-}
-
 Bytes encodePage(const std::vector<std::uint64_t>& values, const std::vector<bool>& present, AttributeType type,
                  int code_bits) {
   ByteWriter page;
@@ -89,7 +84,7 @@ void AttributeTable::widen(Column& column, AttributeType type) {
   AttributeType wide = type == AttributeType::text ? AttributeType::text : AttributeType::real;
   if (wide == AttributeType::real && column.type == AttributeType::integer)
     for (std::size_t i = 0; i < column.values.size(); ++i)
-      if (column.present[i] && !isExactDouble(static_cast<std::int64_t>(column.values[i]))) wide = AttributeType::text;
+      if (column.present[i] && !isExactReal(static_cast<std::int64_t>(column.values[i]))) wide = AttributeType::text;
   if (wide == column.type) return;
   Column wider;
   wider.type = wide;
@@ -111,7 +106,7 @@ void AttributeTable::add(std::uint32_t cell, const std::vector<CellAttribute>& a
     if (added) {
       column.type = type;
     } else {
-      if (column.type == AttributeType::real && integer != nullptr && !isExactDouble(*integer))
+      if (column.type == AttributeType::real && integer != nullptr && !isExactReal(*integer))
         type = AttributeType::text;
       widen(column, type);
     }

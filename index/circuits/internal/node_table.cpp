@@ -242,6 +242,8 @@ void NodeTable::readTypes(const std::string& file) {
   std::ifstream in(file, std::ios::binary);
   if (!in) throw IoError(inShort(file), "cannot read the table of node types", errno);
   std::string line;
+  std::vector<FieldKinds> kinds;  // by column
+  std::vector<std::vector<std::string>> rows;
   std::size_t number = 0, id_column = SIZE_MAX;
   while (std::getline(in, line)) {
     ++number;
@@ -260,14 +262,22 @@ void NodeTable::readTypes(const std::string& file) {
     if (fields.size() != type_columns_.size())
       throw InputError(inShort(file) + ":" + std::to_string(number) + ": has " + std::to_string(fields.size()) +
                        " columns instead of " + std::to_string(type_columns_.size()));
-    std::vector<AttributeValue> values;
-    for (const std::string& field : fields) values.push_back(field == "NULL" ? AttributeValue() : attributeFrom(field));
-    const auto* const id = std::get_if<std::int64_t>(&values[id_column]);
+    kinds.resize(fields.size());
+    for (std::size_t i = 0; i < fields.size(); ++i) {
+      if (fields[i] == "NULL") fields[i].clear();
+      kinds[i].add(fields[i]);
+    }
+    const AttributeValue value = attributeFrom(fields[id_column]);
+    const auto* const id = std::get_if<std::int64_t>(&value);
     if (id == nullptr)
       throw InputError(inShort(file) + ":" + std::to_string(number) + ": node_type_id is '" +
                        escaped(fields[id_column], 40) + "', not an integer");
-    type_rows_.emplace(*id, types_.size());
-    types_.push_back(std::move(values));
+    type_rows_.emplace(*id, rows.size());
+    rows.push_back(std::move(fields));
+  }
+  for (const std::vector<std::string>& row : rows) {
+    std::vector<AttributeValue>& values = types_.emplace_back();
+    for (std::size_t i = 0; i < row.size(); ++i) values.push_back(kinds[i].valueOf(row[i]));
   }
 }
 
@@ -308,7 +318,7 @@ std::optional<double> NodeTable::number(std::string_view attribute, std::uint64_
 
 std::string NodeTable::text(std::string_view attribute, std::uint64_t node) const {
   const AttributeValue found = value(attribute, node);
-  if (!isMissing(found) && !std::holds_alternative<std::string>(found))
+  if (std::holds_alternative<double>(found))  // an integer may be a name
     fail(node, std::string(attribute) + " is the number " + textOf(found) + ", not text");
   return textOf(found);
 }

@@ -3,6 +3,7 @@
 #include "index/errors.h"
 #include "index/file/internal/bytes.h"
 #include "index/file/internal/digest.h"
+#include "index/hdf5/hdf5_program.h"
 #include "index/text.h"
 
 #include <algorithm>
@@ -16,9 +17,11 @@
 #include <fcntl.h>
 #include <filesystem>
 #include <fstream>
+#include <mutex>
 #include <poll.h>
 #include <pthread.h>
 #include <spawn.h>
+#include <sstream>
 #include <sys/wait.h>
 #include <unistd.h>
 #include <utility>
@@ -39,6 +42,16 @@ int secondsWithoutBytes() {
   return seconds > 0 ? seconds : Hdf5Process::kSeconds;
 }
 
+struct NamedProgram {
+  std::mutex mutex;
+  std::string path;
+};
+NamedProgram& namedProgram() {
+  static NamedProgram program;
+  return program;
+}
+
+// The program's path; its bare name if it is nowhere.
 std::string programPath() {
   if (const char* const given = std::getenv("FILIFORM_HDF5"); given != nullptr && *given != '\0') return given;
   std::vector<fs::path> folders;
@@ -47,10 +60,30 @@ std::string programPath() {
   Dl_info place{};
   if (dladdr(reinterpret_cast<const void*>(&programPath), &place) != 0 && place.dli_fname != nullptr)
     folders.push_back(fs::absolute(place.dli_fname, error).parent_path());
-  for (const fs::path& folder : folders)
-    for (const fs::path& candidate : {folder / kProgram, folder / ".." / "libexec" / "filiform" / kProgram})
-      if (::access(candidate.c_str(), X_OK) == 0) return candidate;
-  return kProgram;  // in PATH
+  const char* const path = std::getenv("PATH");
+  std::istringstream listed(path != nullptr ? path : "");
+  for (std::string folder; std::getline(listed, folder, ':');)
+    if (fs::path(folder).is_absolute()) folders.emplace_back(folder);
+  std::vector<fs::path> candidates;
+  for (const fs::path& folder : folders) {
+    candidates.push_back(folder / kProgram);
+    candidates.push_back(folder / ".." / "libexec" / "filiform" / kProgram);
+  }
+  {
+    const std::lock_guard lock(namedProgram().mutex);
+    candidates.emplace_back(namedProgram().path);
+  }
+#ifdef FILIFORM_INSTALLED_HDF5
+  candidates.emplace_back(FILIFORM_INSTALLED_HDF5);
+#endif
+  for (const fs::path& candidate : candidates)
+    if (!candidate.empty() && ::access(candidate.c_str(), X_OK) == 0) return candidate;
+  return kProgram;
+}
+
+// The program is not there, or is none. Other failures to start it are a lack of memory or processes.
+bool isAbsent(int error) {
+  return error == ENOENT || error == ENOTDIR || error == EACCES || error == ENOEXEC || error == ELOOP;
 }
 
 // Blocks SIGPIPE for this thread, and discards one that a write has caused.
@@ -152,11 +185,11 @@ void Hdf5Process::start() {
   posix_spawn_file_actions_destroy(&actions);
   posix_spawnattr_destroy(&attributes);
   ::fcntl(to_.number(), F_SETFL, O_NONBLOCK);  // a program that hangs reads nothing
-  if (error != 0) {
-    child_ = -1;
-    throw IoError(program, "cannot start the program that reads HDF5 files; set FILIFORM_HDF5 to its path", error)
-        .asShortage();
-  }
+  if (error == 0) return;
+  child_ = -1;
+  IoError failure(program, "cannot start the program that reads HDF5 files; set FILIFORM_HDF5 to its path", error);
+  if (!isAbsent(error)) throw failure.asShortage();
+  throw failure;
 }
 
 void Hdf5Process::stop() noexcept {
@@ -301,3 +334,9 @@ void Hdf5Process::ask(const std::string& op, const std::string& file, const std:
 }
 
 }  // namespace filiform::internal
+
+bool filiform::nameHdf5Program(const std::string& path) {
+  const std::lock_guard lock(internal::namedProgram().mutex);
+  internal::namedProgram().path = path;
+  return true;
+}

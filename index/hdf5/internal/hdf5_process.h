@@ -2,7 +2,8 @@
 // (index/hdf5/internal/hdf5_protocol.h).
 //
 // It is searched in this order: the path in the variable FILIFORM_HDF5; beside the running program, and in
-// ../libexec/filiform from there; the same from the shared library that holds this code; then in PATH.
+// ../libexec/filiform from there; the same from the shared library that holds this code, and from the folders of PATH;
+// the path that nameHdf5Program() named; where the build would install it.
 #pragma once
 
 #include "index/hdf5/internal/hdf5_protocol.h"
@@ -46,7 +47,8 @@ class Hdf5Process {
   // program if it does not run. Throws IoError naming `file` if the file cannot be read: a failure of the program, its
   // death, or no byte for kSeconds (the variable FILIFORM_HDF5_SECONDS changes it). Time does not count while this
   // process is stopped, or while the program waits for a processor. The next call then starts the program again.
-  // Throws IoError naming the program if it cannot be started. What `use` throws ends the process too.
+  // Throws IoError naming the program if it cannot be started, a shortage unless it is absent. What `use` throws ends
+  // the process too.
   void ask(const std::string& op, const std::string& file, const std::vector<std::string>& arguments,
            const UseRecord& use) {
     ask(op, file, arguments, use, {});

@@ -117,6 +117,7 @@ std::string encodeManifest(const Manifest& manifest, const Provenance& provenanc
   for (const auto& [code, count] : provenance.codes) codes[validUtf8(code)] = count;
   json["provenance"] = {
       {"sources", provenance.sources.size()}, {"refused", provenance.refused.size()}, {"codes", codes}};
+  if (!provenance.skipped.empty()) json["provenance"]["skipped"] = provenance.skipped.size();
   return json.dump(2) + "\n";
 }
 
@@ -143,14 +144,21 @@ void writeProvenance(const Provenance& provenance, const std::function<void(std:
     }
     use(text);
   }
-  use("\n],\n\"refused\": [");
-  between = "\n";
-  for (const Provenance::Refused& r : provenance.refused) {
-    use(between +
-        Json{{"name", validUtf8(r.name)}, {"code", validUtf8(r.code)}, {"reason", validUtf8(r.reason)}}.dump());
-    between = ",\n";
-  }
-  use("\n]\n}\n");
+  const auto write = [&](const char* list, const std::vector<Provenance::Lost>& inputs) {
+    use(list);
+    between = "\n";
+    for (const Provenance::Lost& input : inputs) {
+      use(between +
+          Json{{"name", validUtf8(input.name)}, {"code", validUtf8(input.code)}, {"reason", validUtf8(input.reason)}}
+              .dump());
+      between = ",\n";
+    }
+    use("\n]");
+  };
+  use("\n],\n");
+  write("\"refused\": [", provenance.refused);
+  if (!provenance.skipped.empty()) write(",\n\"skipped\": [", provenance.skipped);
+  use("\n}\n");
 }
 
 Manifest decodeManifest(const std::string& text) {
@@ -177,7 +185,9 @@ Manifest decodeManifest(const std::string& text) {
     if (c.cells > UINT32_MAX - 1 || c.removed > UINT32_MAX - 1 - c.cells) throw Damage{0, "too many cells"};
     manifest.grown = json.at("grown").get<bool>();
     manifest.covering_radius_um = json.at("covering_radius_um").get<double>();
-    manifest.refused = wholeNumber<std::uint64_t>(json.at("provenance").at("refused"));
+    const nlohmann::json& provenance = json.at("provenance");
+    manifest.refused = wholeNumber<std::uint64_t>(provenance.at("refused"));
+    if (provenance.contains("skipped")) manifest.skipped = wholeNumber<std::uint64_t>(provenance.at("skipped"));
     manifest.floor_bytes = wholeNumber<std::uint64_t>(json.at("smallest_budget_bytes"));
     const std::optional<std::string> root = fromBase64(json.at("directory").get_ref<const std::string&>());
     if (!root) throw Damage{0, "not base64"};
@@ -216,9 +226,13 @@ Provenance decodeProvenance(const std::string& text, const std::string& manifest
           use(dropped);
         };
     }
-    for (const nlohmann::json& r : json.at("refused"))
-      provenance.refused.push_back(
-          {r.at("name").get<std::string>(), r.at("code").get<std::string>(), r.at("reason").get<std::string>()});
+    const auto readLost = [](const nlohmann::json& list, std::vector<Provenance::Lost>& lost) {
+      for (const nlohmann::json& r : list)
+        lost.push_back(
+            {r.at("name").get<std::string>(), r.at("code").get<std::string>(), r.at("reason").get<std::string>()});
+    };
+    readLost(json.at("refused"), provenance.refused);
+    if (json.contains("skipped")) readLost(json.at("skipped"), provenance.skipped);
     const nlohmann::json stated = nlohmann::json::parse(manifest);
     for (const auto& [code, count] : stated.at("provenance").at("codes").items())
       provenance.codes[code] = wholeNumber<std::uint64_t>(count);

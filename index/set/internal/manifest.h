@@ -23,6 +23,7 @@ struct Manifest {
   SetCounts counts;
   double covering_radius_um = 0;
   std::uint64_t refused = 0;      // number of refused inputs
+  std::uint64_t skipped = 0;      // number of skipped inputs
   bool grown = false;             // TileSet::grown()
   std::uint64_t floor_bytes = 0;  // TileStore::floorBytes()
   Bytes directory_root;

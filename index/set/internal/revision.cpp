@@ -1,6 +1,7 @@
 #include "index/set/internal/revision.h"
 
 #include "index/file/internal/digest.h"
+#include "index/text.h"
 
 #include <algorithm>
 #include <utility>
@@ -16,7 +17,31 @@ constexpr std::uint64_t kMostUnasked = std::uint64_t{16} << 20;
 
 }  // namespace
 
-Revision::Revision(std::unique_ptr<TileSource> source) : source_(std::move(source)) {
+namespace {
+
+std::string folderOf(const std::string& file) { return file.substr(0, file.rfind('/')); }
+
+}  // namespace
+
+Revision::Revision(std::unique_ptr<TileSource> source, const std::string& wanted) : source_(std::move(source)) {
+  if (wanted.empty()) {
+    name_ = readCurrent();
+    readManifest();
+    return;
+  }
+  const std::string set = folderOf(source_->describe(kCurrentFile));
+  if (!isRevisionName(wanted)) throw UsageError(set + ": '" + escaped(wanted, 40) + "' is not the name of a revision");
+  name_ = wanted;
+  try {
+    readManifest();
+  } catch (const IoError& failure) {
+    if (failure.isShortage()) throw;
+    throw IoError(set, "the revision " + name_ + " cannot be read (" + failure.reason() +
+                           "); if another revision was published since, open the set again");
+  }
+}
+
+std::string Revision::readCurrent() const {
   const std::string current = source_->describe(kCurrentFile);
   std::uint64_t size = 0;
   try {
@@ -27,9 +52,13 @@ Revision::Revision(std::unique_ptr<TileSource> source) : source_(std::move(sourc
   }
   Bytes line(std::min<std::uint64_t>(size, 64));
   source_->read(kCurrentFile, 0, line);
-  name_.assign(line.begin(), line.end());
-  if (size != 19 || name_.back() != '\n' || (name_.pop_back(), !isRevisionName(name_)))
+  std::string name(line.begin(), line.end());
+  if (size != 19 || name.back() != '\n' || (name.pop_back(), !isRevisionName(name)))
     throw CorruptSet(current, 0, "does not name a revision");
+  return name;
+}
+
+void Revision::readManifest() {
   const std::string file_name = describe(kManifestFile);
   const auto readText = [&] {
     const std::uint64_t bytes_there = sizeOnDisk(kManifestFile);
@@ -44,9 +73,9 @@ Revision::Revision(std::unique_ptr<TileSource> source) : source_(std::move(sourc
   try {
     manifest_ = decodeManifest(text_);
   } catch (const OtherVersion& version) {
-    const std::string set = current.substr(0, current.rfind('/'));
-    throw InputError(set + (version.older ? ": was made by an older filiform; ingest it again"
-                                          : ": was made by a newer filiform; use that one"));
+    throw InputError(folderOf(source_->describe(kCurrentFile)) +
+                     (version.older ? ": was made by an older filiform; ingest it again"
+                                    : ": was made by a newer filiform; use that one"));
   } catch (const Damage& damage) {
     throw CorruptSet(file_name, damage.offset, damage.what);
   }

@@ -26,9 +26,9 @@ auto decoded(const std::string& file, std::uint64_t offset, Decode decode) {
 // Thread rule: internally synchronised. Its members throw IoError, CorruptSet.
 class Revision {
  public:
-  // Reads CURRENT and the manifest, and calls TileSource::expect() for the other files. Throws InputError for a set of
-  // another format version.
-  explicit Revision(std::unique_ptr<TileSource> source);
+  // Reads CURRENT, unless `wanted` names a revision, and the manifest. Calls TileSource::expect() for the other files.
+  // Throws InputError for a set of another format version, IoError if `wanted` is no longer there.
+  explicit Revision(std::unique_ptr<TileSource> source, const std::string& wanted = {});
 
   const std::string& name() const { return name_; }  // of the revision's folder
   const std::string& text() const { return text_; }  // of the manifest
@@ -62,6 +62,8 @@ class Revision {
   }
 
  private:
+  std::string readCurrent() const;
+  void readManifest();
   std::string key(const std::string& file) const;
 
   std::unique_ptr<TileSource> source_;

@@ -29,6 +29,24 @@ def test_a_set_without_attributes_has_none(s):
         s.attribute("layer")
 
 
+def test_ids_keep_all_digits(tmp_path):
+    """Two ids of FlyWire that one float64 stands for, and names that look like numbers."""
+    ids = [720575940621039145, 720575940621039146]
+    for name in ("a", "b", "c"):
+        (tmp_path / f"{name}.swc").write_text("1 1 0 0 0 1 -1\n2 3 9 0 0 1 1\n")
+    (tmp_path / "t.csv").write_text(f"name,root,code,depth\na,{ids[0]},7e5,1.50\nb,{ids[1]},7f3,2\nc,,700000,3\n")
+    run("ingest", *(tmp_path / f"{n}.swc" for n in "abc"), "-o", tmp_path / "a.fil", "--attributes", tmp_path / "t.csv", "--key", "name")
+    with ff.open(tmp_path / "a.fil") as opened:
+        assert opened.attribute("root").tolist() == [*ids, None]
+        assert opened.attribute("code").tolist() == ["7e5", "7f3", "700000"]
+        assert opened.attribute("depth").tolist() == [1.5, 2, 3]
+        for i in (0, 1):
+            assert [c.name for c in opened.where(root=ids[i])] == ["ab"[i]]
+            told = run("cells", tmp_path / "a.fil", "--where", f"root={ids[i]}", "--tsv")
+            assert [line.split("\t")[0] for line in told.splitlines()[1:]] == ["ab"[i]]
+        assert len(run("cells", tmp_path / "a.fil", "--where", f"root>{ids[0]}", "--tsv").splitlines()) == 2
+
+
 def test_columns_are_by_cell(circuit):
     assert circuit.attributes == sorted(circuit.attributes) and circuit.attributes
     for name in circuit.attributes:

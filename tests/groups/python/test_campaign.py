@@ -22,7 +22,7 @@ PROGRAM = textwrap.dedent("""
     opened = ff.open(path)
     closed = ff.open(path)
     closed.close()
-    cell = opened.cells[0]
+    cell = opened.cells.at(0)
     hit = opened.nearest(cell.vertices[5])
     lo, hi = opened.bounds
     VALUES = [

@@ -14,16 +14,31 @@ def test_names_find_cells(s):
     names = s.cells.names
     assert len(s.cells) == len(names) == 12 and list(s.cells) == names
     cell = s.cells[names[3]]
-    assert cell.name == names[3] and s.cells[cell.index] == cell and names[3] in s.cells and "nobody" not in s.cells
+    assert cell.name == names[3] and s.cells.at(cell.index) == cell and names[3] in s.cells and "nobody" not in s.cells
     assert [c.name for c in s.cells.find(names[3][:-1] + "?")] == [n for n in names if n[:-1] == names[3][:-1]]
     assert s.cells.find("") == [] and len(s.cells.find("*")) == 12
     with pytest.raises(KeyError, match="did you mean"):
         s.cells[names[3].upper()]
     for wrong in (99, -1, np.uint32(2**32 - 1)):
         with pytest.raises(KeyError):
-            s.cells[wrong]
+            s.cells.at(wrong)
     with pytest.raises(TypeError):
         s.cells[1.5]
+
+
+def test_an_integer_is_never_another_cell(tmp_path):
+    """Ids of bodies are integers in neuPrint and CAVE; names are text, and only a result's uint32 is an index."""
+    for name in range(12):
+        (tmp_path / f"{name}.swc").write_text("1 1 0 0 0 1 -1\n2 3 9 0 0 1 1\n")
+    ff.ingest(list(tmp_path.glob("*.swc")), tmp_path / "bodies.fil")
+    with ff.open(tmp_path / "bodies.fil") as opened:
+        for body in (2, np.int64(2), np.uint64(2), 2**60):
+            assert body not in opened.cells
+            with pytest.raises(TypeError, match=f"use '{body}', or cells.at"):
+                opened.cells[body]
+            with pytest.raises(TypeError, match="names are text"):
+                opened.navigate(cell=body)
+        assert opened.cells["2"].name == "2" and opened.cells.at(2).name == opened.cells[np.uint32(2)].name == "10"
 
 
 def test_nodes_are_those_of_the_file(small):
@@ -36,8 +51,8 @@ def test_nodes_are_those_of_the_file(small):
 
 
 def test_arrays_are_read_only_and_kept(s):
-    cell = s.cells[0]
-    for name in ("nodes", "node_ids", "vertices", "edges", "radius", "types"):
+    cell = s.cells.at(0)
+    for name in ("nodes", "node_ids", "vertices", "ends", "edges", "radius", "types"):
         array = getattr(cell, name)
         assert array is getattr(cell, name) and not array.flags.writeable
         with pytest.raises(ValueError):
@@ -48,12 +63,33 @@ def test_arrays_are_read_only_and_kept(s):
 
 
 def test_vertices_and_edges_are_a_skeleton(s):
-    cell = s.cells[0]
+    cell = s.cells.at(0)
     assert cell.vertices.shape == (cell.samples, 3) and cell.edges.shape == (cell.segments, 2)
     assert cell.edges.dtype == np.uint32 and cell.radius.dtype == np.float32
     np.testing.assert_array_equal(cell.node_ids[cell.edges[:, 1]],
                                   cell.nodes["parent_id"][cell.nodes["parent_id"] >= 0])
     assert (cell.vertices >= cell.bounds[0]).all() and (cell.vertices <= cell.bounds[1]).all()
+
+
+def test_segment_is_the_row_of_ends_in_every_cell(small, s, random, tmp_path):
+    import conftest
+    (tmp_path / "loop.edges").write_text(conftest.LOOP + "node 9 50 50 0 1 2\n")  # and an isolated sample
+    (tmp_path / "two.swc").write_text("3 3 100 0 0 1 -1\n1 1 100 9 0 1 -1\n2 2 109 9 0 1 1\n")
+    ff.ingest([tmp_path / "loop.edges", tmp_path / "two.swc"], tmp_path / "a.fil")
+    with ff.open(small) as first, ff.open(tmp_path / "a.fil") as second:
+        for opened in (first, second, s):
+            points = random.uniform(*(opened.bounds + [[-9] * 3, [9] * 3]), (300, 3))
+            hits = opened.nearest(points)
+            assert len(opened.cells.where(hits["cell"])) > 1
+            for cell in opened.cells.where(hits["cell"]):
+                here = hits[hits["cell"] == cell.index]
+                child, parent = cell.ends[here["segment"]].T
+                np.testing.assert_array_equal(cell.node_ids[child], here["sample"])
+                a, b = cell.vertices[child], cell.vertices[parent]
+                at = np.stack([here["x"], here["y"], here["z"]], axis=1)
+                there = np.linalg.norm(at - a, axis=1) + np.linalg.norm(at - b, axis=1)
+                np.testing.assert_allclose(there, np.linalg.norm(a - b, axis=1), atol=0.01)
+                assert (cell.edges == cell.ends[cell.ends[:, 0] != cell.ends[:, 1]]).all() and len(cell.edges) == cell.segments
 
 
 def test_loops_and_isolated_samples(small, tmp_path):
@@ -70,7 +106,7 @@ def test_loops_and_isolated_samples(small, tmp_path):
 
 
 def test_path_is_that_of_the_program(column, s):
-    cell = s.cells[0]
+    cell = s.cells.at(0)
     first, last = int(cell.node_ids[0]), int(cell.tips(int(cell.node_ids[0]))[-1])
     path = cell.path(first)
     assert path.samples[0] == first and path.samples[-1] == last
@@ -83,7 +119,7 @@ def test_path_is_that_of_the_program(column, s):
 
 
 def test_path_between_rows_of_nearest(s):
-    cell = s.cells[0]
+    cell = s.cells.at(0)
     middle = cell.vertices[cell.edges[len(cell.edges) // 2]].mean(axis=0)
     hit = s.nearest(middle)
     assert s.cells[hit["cell"]] == cell
@@ -91,7 +127,7 @@ def test_path_between_rows_of_nearest(s):
     np.testing.assert_allclose(path.points[-1], [hit["x"], hit["y"], hit["z"]], atol=1e-9)
     assert path.samples[-1] == -1
     assert cell.path(hit, int(cell.node_ids[0])).length == pytest.approx(path.length)
-    other = s.cells[(cell.index + 1) % 12]
+    other = s.cells.at((cell.index + 1) % 12)
     for wrong, error in ((hit, ValueError), (10**15, KeyError), ("x", TypeError), (None, TypeError),
                          (s.nearest([middle, middle]), ValueError)):
         with pytest.raises(error, match="start"):
@@ -131,7 +167,7 @@ def test_letter_case_of_a_pattern_does_not_count(s):
 
 
 def test_snap_finds_the_nearest_sample(s, random):
-    cell = s.cells[2]
+    cell = s.cells.at(2)
     locs = random.uniform(*cell.bounds, (40, 3))
     ids, distances = cell.snap(locs)
     wanted = np.linalg.norm(cell.vertices[None] - locs[:, None], axis=2)
@@ -143,7 +179,7 @@ def test_snap_finds_the_nearest_sample(s, random):
 
 def test_networkx_has_the_lengths(s):
     networkx = pytest.importorskip("networkx", reason="needs python3-networkx")
-    cell = s.cells[1]
+    cell = s.cells.at(1)
     graph = cell.to_networkx()
     assert isinstance(graph, networkx.DiGraph) and len(graph) == cell.samples
     assert graph.number_of_edges() == cell.segments
@@ -156,7 +192,7 @@ def test_networkx_has_the_lengths(s):
 
 def test_dataframe_has_the_columns_of_navis(s):
     pandas = pytest.importorskip("pandas", reason="needs python3-pandas")
-    frame = s.cells[0].to_dataframe()
+    frame = s.cells.at(0).to_dataframe()
     assert list(frame.columns) == ["node_id", "label", "x", "y", "z", "radius", "parent_id"]
     assert [str(t) for t in frame.dtypes] == ["int64", "category", "float64", "float64", "float64", "float64", "int64"]
     table = s.cells.to_dataframe()
@@ -183,12 +219,12 @@ def test_navis_gets_a_neuron_list(s, monkeypatch, kind):
 
 
 def test_swc_reads_back(s, column, tmp_path):
-    cell = s.cells[4]
+    cell = s.cells.at(4)
     assert cell.to_swc(tmp_path / "cell.swc") is None
     assert (tmp_path / "cell.swc").read_text() == cell.to_swc()
     ff.ingest(tmp_path / "cell.swc", tmp_path / "cell.fil")
     with ff.open(tmp_path / "cell.fil") as again:
-        np.testing.assert_array_equal(again.cells[0].nodes, cell.nodes)
+        np.testing.assert_array_equal(again.cells.at(0).nodes, cell.nodes)
     with pytest.raises(OSError):
         cell.to_swc(tmp_path / "nowhere" / "cell.swc")
 

@@ -11,8 +11,8 @@ from conftest import run
 
 
 def test_a_route_is_travelled(s):
-    travel = s.navigate(cell=s.cells[0], route="longest", seconds=60)
-    assert travel.outcome == "completed" and travel.summary["cell"] == s.cells[0].name
+    travel = s.navigate(cell=s.cells.at(0), route="longest", seconds=60)
+    assert travel.outcome == "completed" and travel.summary["cell"] == s.cells.at(0).name
     count = len(travel)
     assert travel.time.shape == (count,) and travel.proxy.shape == travel.force.shape == travel.hand.shape == (count, 3)
     assert np.isfinite(travel.ticks["force"]).all() and np.linalg.norm(travel.force, axis=1).max() <= 10

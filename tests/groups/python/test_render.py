@@ -19,7 +19,7 @@ def test_a_set_and_a_cell_are_drawn(s):
     image = ff.render(s, size=(320, 200))
     assert image.shape == (200, 320, 3) and image.dtype == np.uint8
     assert len(np.unique(image.reshape(-1, 3), axis=0)) > 50
-    cell = ff.render(s.cells[0], size=(320, 200))
+    cell = ff.render(s.cells.at(0), size=(320, 200))
     assert (cell != image).any()
     np.testing.assert_array_equal(s.render(size=(320, 200)), image)
 
@@ -43,7 +43,7 @@ def test_wrong_options_are_refused(s, wrong, error):
 
 
 def test_notebooks_show_sets_and_cells(s):
-    for shown in (s, s.cells[0]):
+    for shown in (s, s.cells.at(0)):
         png = shown._repr_png_()
         assert png.startswith(b"\x89PNG\r\n\x1a\n")
     assert "<table>" in s.cells.find("*")._repr_html_()

@@ -42,7 +42,7 @@ def test_missing_sets_are_oserrors(tmp_path):
 
 def test_closed_sets_say_so(column):
     opened = ff.open(column)
-    cell, cells = opened.cells[0], opened.cells
+    cell, cells = opened.cells.at(0), opened.cells
     opened.close()
     opened.close()
     assert opened.closed and "closed" in repr(opened)
@@ -81,18 +81,88 @@ def test_damage_is_corrupt_set(column, tmp_path, random):
     with pytest.raises(ff.CorruptSet):
         with ff.open(tmp_path / "bad.fil") as opened:
             opened.nearest(points_about(opened, random, 2000))
-            opened.cells[0].nodes
+            opened.cells.at(0).nodes
     assert not issubclass(ff.CorruptSet, (OSError, ValueError))
 
 
 def test_sets_and_cells_pickle_as_paths(s, column, monkeypatch, tmp_path):
-    pickled = pickle.dumps((s, s.cells[3]))
+    pickled = pickle.dumps((s, s.cells.at(3)))
     assert len(pickled) < 1000
     monkeypatch.chdir(tmp_path)  # a worker may have another folder
     again, cell = pickle.loads(pickled)
-    assert again == s and again is not s and cell == s.cells[3] and hash(again) == hash(s)
+    assert again == s and again is not s and cell == s.cells.at(3) and hash(again) == hash(s)
     np.testing.assert_array_equal(again.nearest([[0, 0, 0]]), s.nearest([[0, 0, 0]]))
-    np.testing.assert_array_equal(cell.nodes, s.cells[3].nodes)
+    np.testing.assert_array_equal(cell.nodes, s.cells.at(3).nodes)
+
+
+@pytest.fixture
+def published(tmp_path):
+    """A set, and a function that publishes another revision of it."""
+    def publish(name):
+        (tmp_path / f"{name}.swc").write_text("1 1 0 0 0 1 -1\n2 3 9 0 0 1 1\n")
+        ff.ingest(tmp_path / f"{name}.swc", tmp_path / "a.fil", force=True)
+
+    publish("first")
+    return tmp_path / "a.fil", publish
+
+
+def _names(opened):
+    return opened.revision, opened.cells.names
+
+
+def test_a_pickle_is_the_same_revision_or_an_error(published):
+    path, publish = published
+    with ff.open(path) as old:
+        pickled = pickle.dumps((old, old.cells.at(0)))
+        assert pickle.loads(pickled) == (old, old.cells.at(0))
+        revision, cell = old.revision, old.cells.at(0)
+        publish("second")
+        with ff.open(path) as new:
+            assert old != new and hash(old) != hash(new) and cell != new.cells.at(0)
+            assert old.__dask_tokenize__() != new.__dask_tokenize__() and old.revision == revision
+            assert cell.__dask_tokenize__() != new.cells.at(0).__dask_tokenize__()
+            with pytest.raises(ValueError, match="another revision"):
+                new.cells.index(cell)
+        for again in (lambda: pickle.loads(pickled), lambda: ff.open(path, revision=revision)):
+            with pytest.raises(OSError, match=f"{revision} cannot be read .*open the set again") as raised:
+                again()
+            assert "\n" not in str(raised.value)
+        assert old.cells.names == ["first"]  # what is open stays
+    with pytest.raises(ValueError, match="not the name of a revision"):
+        ff.open(path, revision="newest")
+
+
+@pytest.mark.parametrize("method", ["fork", "spawn"])
+def test_a_pool_sees_one_revision_while_another_is_published(published, method):
+    path, publish = published
+    with ff.open(path) as opened, multiprocessing.get_context(method).Pool(1) as pool:
+        assert pool.apply(_names, (opened,)) == (opened.revision, ["first"])
+        publish("second")
+        with pytest.raises(OSError, match="open the set again"):
+            pool.apply(_names, (opened,))
+        assert _names(opened)[1] == ["first"]
+
+
+def test_a_forked_process_sees_the_revision_of_its_parent_or_an_error(published):
+    path, publish = published
+    with ff.open(path) as opened:
+        publish("second")
+        child = os.fork()
+        if child == 0:
+            try:
+                status = 2 if opened.cells.names == ["second"] else 0
+            except OSError:
+                status = 1
+            os._exit(status)
+        assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 1
+
+
+def test_pickles_hold_neither_token_nor_cache(column, tmp_path):
+    with ff.open(column, token="SECRET", cache=tmp_path / "kept_here") as opened:
+        pickled = pickle.dumps((opened, opened.cells.at(0), opened.cells))
+        assert b"SECRET" not in pickled and b"kept_here" not in pickled
+        import copy
+        assert copy.copy(opened) is opened and copy.deepcopy([opened]) == [opened]
 
 
 def _distances(job):
@@ -164,7 +234,7 @@ def test_a_set_at_an_address_answers_alike(s, column, random):
         with ff.open(address + "/v1/sets/column") as remote:
             np.testing.assert_array_equal(remote.nearest(points, k=2), s.nearest(points, k=2))
             assert remote.cells.names == s.cells.names
-            np.testing.assert_array_equal(remote.cells[1].nodes, s.cells[1].nodes)
+            np.testing.assert_array_equal(remote.cells.at(1).nodes, s.cells.at(1).nodes)
             assert pickle.loads(pickle.dumps(remote)) == remote
             child = os.fork()
             if child == 0:
@@ -192,7 +262,7 @@ def test_opening_leaks_nothing(column):
     def use():
         with ff.open(column) as opened:
             opened.nearest([0, 0, 0])
-            opened.cells[0].bounds
+            opened.cells.at(0).bounds
 
     for _ in range(count // 10):
         use()
@@ -209,7 +279,7 @@ def test_opening_leaks_nothing(column):
 
 def test_results_leak_nothing(s, random):
     points = points_about(s, random, 1000)
-    cell = s.cells[0]
+    cell = s.cells.at(0)
 
     def use():
         s.nearest(points)

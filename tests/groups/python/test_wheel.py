@@ -8,6 +8,8 @@ import zipfile
 
 import pytest
 
+from conftest import run
+
 SOURCE = pathlib.Path(__file__).parents[3] / "tools" / "python"
 
 
@@ -35,5 +37,10 @@ def test_the_wheel_runs_where_it_is_installed(column, tmp_path):
     told = quietly([python, "-c", f"import filiform as ff; s = ff.open({str(column)!r}); "
                                   "print(ff.__file__, s.nearest([0, 0, 0])['exact'])"], env=environment, cwd=tmp_path)
     assert told.split() == [str(next((tmp_path / "venv").rglob("filiform/__init__.py"))), "True"]
+    run("synth", "-o", tmp_path / "circuit", "--cells", 2, "--seed", 3, "--format", "sonata")
+    [h5] = (tmp_path / "circuit").rglob("merged-morphologies.h5")
+    told = quietly([python, "-c", f"import filiform as ff; r = ff.ingest({str(h5)!r}, 'h5.fil'); print(r.cells > 0, r.refused)"],
+                   env={**environment, "PATH": "/usr/bin:/bin"}, cwd=tmp_path)
+    assert told.split() == ["True", "[]"]
     quietly([python, "-m", "pip", "uninstall", "-y", "filiform"], env=environment)
     assert not list((tmp_path / "venv").rglob("filiform"))

@@ -17,7 +17,7 @@ def hammer(opened, seconds, threads):
     wanted = opened.nearest(points, k=3)
     box = opened.box_query(points[0] - 30, points[0] + 30)
     names = opened.cells.names
-    nodes = opened.cells[0].nodes
+    nodes = opened.cells.at(0).nodes
     level = len(opened.levels(opened.bounds, 200).segments)
     end = time.monotonic() + seconds
     problems = []
@@ -30,7 +30,7 @@ def hammer(opened, seconds, threads):
                 for point, row in zip(points[:20], wanted[:20]):
                     assert (opened.nearest(point, k=3) == row).all()
                 assert (opened.box_query(points[0] - 30, points[0] + 30) == box).all()
-                cell = type(opened.cells[0])(opened, 0)
+                cell = type(opened.cells.at(0))(opened, 0)
                 assert (cell.nodes["x"] == nodes["x"]).all() and len(cell.path(int(cell.node_ids[0])).points) > 1
                 assert opened.cells.names == names and opened.cells.find(names[1])[0].index == 1
                 assert len(opened.levels(opened.bounds, 200).segments) == level

@@ -238,5 +238,25 @@ TEST(CellFilter, SelectsByTextNumberAndAbsence) {
   EXPECT_THROW(select({"mtype<3"}), UsageError);
 }
 
+// Both are 720575940621039104 as a double.
+TEST(CellFilter, IntegersKeepAllDigits) {
+  const TempFolder folder;
+  std::vector<Cell> cells{test::randomNeuron(1), test::randomNeuron(2)};
+  cells[0].attributes = {{"root", std::int64_t{720575940621039145}}};
+  cells[1].attributes = {{"root", std::int64_t{720575940621039146}}};
+  makeAttributed(cells, folder / "a.fil");
+  const auto set = TileSet::open(folder / "a.fil");
+  const CellAttributes attributes(*set);
+  const auto count = [&](const std::string& condition) {
+    return CellFilter({condition}).select(*set, attributes).size();
+  };
+  EXPECT_EQ(count("root=720575940621039145"), 1u);
+  EXPECT_EQ(count("root!=720575940621039145"), 1u);
+  EXPECT_EQ(count("root=720575940621039144"), 0u);
+  EXPECT_EQ(count("root>720575940621039145"), 1u);
+  EXPECT_EQ(count("root>=720575940621039145"), 2u);
+  EXPECT_EQ(count("root<720575940621039145.5e3"), 2u);
+}
+
 }  // namespace
 }  // namespace filiform

@@ -31,6 +31,16 @@ TEST(AttributeTable, ReadsCommasTabsAndSemicolons) {
   }
 }
 
+TEST(AttributeTable, NamesThatLookLikeNumbersStayText) {
+  const AttributeTable table = AttributeTable::parse(
+      "name,code,root,mixed,depth\na,7e5,720575940621039145,720575940621039145,1.50\n"
+      "b,700000,720575940621039146,2.50,2\nc,7f3,,,\n",
+      "t", "name");
+  EXPECT_EQ(attributeText(table, "a"), "code=7e5;root=720575940621039145;mixed=720575940621039145;depth=1.5;");
+  EXPECT_EQ(attributeText(table, "b"), "code=700000;root=720575940621039146;mixed=2.50;depth=2;");
+  EXPECT_EQ(attributeText(table, "c"), "code=7f3;");
+}
+
 TEST(AttributeTable, QuotedFieldsHoldAnything) {
   const AttributeTable table =
       AttributeTable::parse(",name,region\n0,a,\"['neocortex', 'layer \"\"5\"\"']\nleft\"\n1,a,x\n", "t", "name");

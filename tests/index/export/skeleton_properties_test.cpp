@@ -25,9 +25,17 @@ std::map<std::string, nlohmann::json> propertiesById(const std::string& text) {
 TEST(SkeletonProperties, EachKindOfAttributeHasItsProperty) {
   const test::TempFolder folder;
   std::vector<Cell> cells = test::randomColumn(7, 3, 40, 150);
-  cells[0].attributes = {{"mtype", "L5 TPC"}, {"layer", std::int64_t{5}}, {"depth", 0.5}, {"some", std::int64_t{7}}};
-  cells[1].attributes = {{"mtype", "BC"}, {"layer", std::int64_t{-1}}, {"depth", 2.0}, {"etype", "b"}};
-  cells[2].attributes = {{"mtype", "L5 TPC"}, {"layer", std::int64_t{2}}, {"depth", 1.0}};
+  cells[0].attributes = {{"mtype", "L5 TPC"},
+                         {"layer", std::int64_t{5}},
+                         {"depth", 0.5},
+                         {"some", std::int64_t{7}},
+                         {"root", std::int64_t{720575940621039145}}};
+  cells[1].attributes = {{"mtype", "BC"},
+                         {"layer", std::int64_t{-1}},
+                         {"depth", 2.0},
+                         {"etype", "b"},
+                         {"root", std::int64_t{720575940621039146}}};
+  cells[2].attributes = {{"mtype", "L5 TPC"}, {"layer", std::int64_t{2}}, {"depth", 1.0}, {"root", std::int64_t{3}}};
   std::map<std::string, std::string> types;
   for (const Cell& cell : cells) types[cell.source] = std::get<std::string>(cell.attributes.front().value);
   CellList stream(cells);
@@ -40,6 +48,8 @@ TEST(SkeletonProperties, EachKindOfAttributeHasItsProperty) {
   EXPECT_EQ(properties.at("layer").at("data_type"), "int32");
   EXPECT_EQ(properties.at("depth").at("data_type"), "float32");
   EXPECT_EQ(properties.at("some").at("type"), "string") << "not all cells have it";
+  EXPECT_EQ(properties.at("root").at("type"), "string") << "no number of Neuroglancer holds all digits";
+  EXPECT_NE(text.find("\"720575940621039145\""), std::string::npos);
   const auto& tags = properties.at("tags");
   EXPECT_EQ(tags.at("tags"), (nlohmann::json{"etype=b", "mtype=BC", "mtype=L5_TPC"}));
   for (std::uint32_t cell = 0; cell < 3; ++cell) {

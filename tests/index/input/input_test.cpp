@@ -325,9 +325,32 @@ TEST(Input, TheSummaryNamesWhatIsRefusedAndWhy) {
   sourcesOf(input);
   EXPECT_EQ(summary(input.reports()),
             "3 inputs: 0 accepted, 1 with warnings, 2 refused; 1 sample, 0 segments kept\n"
-            "  W_ZERO_RADIUS 1: radius 0; kept\n"
+            "  W_ZERO_RADIUS 1: radius 0; kept (first: good.swc:1)\n"
             "  refused bad\\x1b.swc: holds no sample (E_NO_SAMPLES)\n"
             "  refused z.zip: not an archive of its ending, or one that contradicts itself (E_ZIP_FORMAT)\n");
+}
+
+// The outcomes that all reports are made from.
+TEST(Input, TheOutcomeOfAnArchiveIsThatOfItsEntriesUnlessNoneIsRefused) {
+  const test::TempFolder folder;
+  test::writeBelow(folder, "cut.zip", test::buildZip({test::zipMember("x.swc", kTwo)}).substr(0, 30));
+  test::writeBelow(folder, "good.swc", kTwo);
+  test::writeBelow(folder, "lost.zip", test::buildZip({test::zipMember("x.swc", "x")}));
+  test::writeBelow(folder, "mixed.zip",
+                   test::buildZip({test::zipMember("bad.swc", "x"), test::zipMember("../evil.swc", kTwo),
+                                   test::zipMember("x.swc", kTwo), test::zipMember("inner.zip", "x")}));
+  Input input({folder.path()});
+  sourcesOf(input);
+  std::string said;
+  forEachInput(input.reports(), [&](const std::string& name, const InputReport&, const InputOutcome& outcome) {
+    said += name + ' ' + std::string(filiform::name(outcome.fate)) + ' ' + outcome.code + '\n';
+    EXPECT_EQ(outcome.isLost(), !outcome.reason.empty()) << name;
+    EXPECT_EQ(outcome.reason.find("--strict"), std::string::npos) << name << ": " << outcome.reason;
+  });
+  EXPECT_EQ(said,
+            "cut.zip refused E_ZIP_FORMAT\ngood.swc accepted \nlost.zip/x.swc refused E_NO_SAMPLES\n"
+            "mixed.zip/bad.swc skipped E_NO_SAMPLES\nmixed.zip/../evil.swc skipped W_ZIP_UNSAFE_NAME\n"
+            "mixed.zip/x.swc accepted \nmixed.zip/inner.zip skipped W_ZIP_NESTED\n");
 }
 
 std::vector<std::string> split(const std::string& text, char at) {

@@ -319,6 +319,27 @@ TEST_F(PagedSet, ADamagedPageIsFoundBeforeItIsUsed) {
   EXPECT_TRUE(verify(path_).sound());
 }
 
+TEST(TileSet, ARevisionIsOpenedByItsNameOrItsLossIsOneLine) {
+  const test::TempFolder folder;
+  const std::string path = ingested(folder, {test::randomNeuron(1)});
+  const std::string first = TileSet::open(path)->revision();
+  EXPECT_EQ(TileSet::open(path, {}, first)->revision(), first);
+  std::vector<Cell> second{test::randomNeuron(2)};
+  CellList list(second);
+  ingest(list, path, {.force = true});
+  EXPECT_NE(TileSet::open(path)->revision(), first);
+  try {
+    TileSet::open(path, {}, first);
+    FAIL();
+  } catch (const IoError& error) {
+    const std::string what = error.what();
+    EXPECT_EQ(what.find(path + ": the revision " + first + " cannot be read ("), 0u) << what;
+    EXPECT_NE(what.find("open the set again"), std::string::npos) << what;
+  }
+  for (const char* const wrong : {"../a", "r-1", "r-00000000000000zz", "CURRENT"})
+    EXPECT_THROW(TileSet::open(path, {}, wrong), UsageError) << wrong;
+}
+
 // The manifests are written as a set's writer would: the folder's name is the checksum of the text.
 TEST(TileSet, RefusesAManifestWhoseWholeNumbersAreNone) {
   const test::TempFolder folder;

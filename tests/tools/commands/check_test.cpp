@@ -169,6 +169,26 @@ TEST(Check, JsonHoldsTheFieldsOfTheTableAndCounts) {
   EXPECT_EQ(runFiliform({"check", folder.file("a.swc"), "--json", "--tsv"}).exit_code, 2);
 }
 
+TEST(Check, ListsWhatIsKeptOddlyWithItsLine) {
+  const test::TempFolder folder;
+  test::writeBytes(folder.file("a.swc"), "1 1 0 0 0 x -1\n2 3 9 0 0 1 3\n3 3 9 9 0 1 2\n2 3 1 1 1 1 1\n");
+  const Outcome outcome = runFiliform({"check", folder.file("a.swc"), "--json", "--report", folder.file("r.json")});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  const auto files = nlohmann::json::parse(outcome.out).at("files");
+  EXPECT_EQ(files, nlohmann::json::parse(test::readBytes(folder.file("r.json"))));
+  EXPECT_EQ(files.at(0).at("fate"), "warned");
+  std::string said;
+  for (const auto& record : files.at(0).at("records"))
+    said += record.at("line").dump() + ' ' + record.at("code").get<std::string>() + ' ' +
+            record.at("effect").get<std::string>() + '\n';
+  EXPECT_EQ(said, "1 W_BAD_RADIUS kept\n2 W_ORDER kept\n3 W_CYCLE cut\n4 W_DUP_ID dropped\n");
+  const Outcome text = runFiliform({"check", folder.file("a.swc")});
+  EXPECT_NE(text.out.find("(first: a.swc:1)\n"), std::string::npos) << text.out;
+  const Outcome piped = runFiliform({"check", folder.file("a.swc"), "--report", "-"});
+  EXPECT_EQ(nlohmann::json::parse(piped.out), files);
+  EXPECT_EQ(piped.err, text.out);
+}
+
 TEST(Check, AThreePointSomaThatIsOffIsARemarkOnly) {
   const test::TempFolder folder;
   const std::string rest = "4 3 9 0 0 1 1\n5 3 14 0 0 1 4\n";

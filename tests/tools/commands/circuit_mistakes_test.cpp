@@ -111,7 +111,7 @@ TEST_F(CircuitMistakes, BadInputIsOneLineAndLeavesNothing) {
        [&](const std::string& folder) {
          return plain(folder, [](Hdf5Writer& out) {
            out.integers("nodes/p/node_type_id", "i64", 1, std::vector<std::int64_t>{7});
-           out.integers("nodes/p/0/morphology", "i64", 1, std::vector<std::int64_t>{3});
+           out.reals("nodes/p/0/morphology", "f64", 1, std::vector<double>{3});
            writePlaces(out, 1);
          });
        }},
@@ -263,8 +263,25 @@ TEST_F(CircuitMistakes, TheDeathOfTheReaderIsOneLineOfItsInput) {
   ::setenv("FILIFORM_HDF5", "/nowhere/filiform-hdf5", 1);
   const Outcome outcome = runFiliform({"ingest", container(), "-o", *folder_ / "dead.fil"});
   ::unsetenv("FILIFORM_HDF5");
-  EXPECT_EQ(outcome.exit_code, 3);
+  EXPECT_EQ(outcome.exit_code, 1);
   EXPECT_NE(outcome.err.find("FILIFORM_HDF5"), std::string::npos) << outcome.err;
+}
+
+// A program that is absent, or is none, loses the HDF5 files and nothing else.
+TEST_F(CircuitMistakes, WithoutTheReaderTheOtherInputsAreRead) {
+  test::writeBytes(*folder_ / "other.swc", "1 1 0 0 0 1 -1\n");
+  for (const std::string& program : {std::string("/nowhere/filiform-hdf5"), *folder_ / "other.swc", *folder_ / ""}) {
+    ::setenv("FILIFORM_HDF5", program.c_str(), 1);
+    const Outcome outcome =
+        runFiliform({"ingest", container(), *folder_ / "other.swc", "-o", *folder_ / "other.fil", "--force"});
+    ::unsetenv("FILIFORM_HDF5");
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_NE(outcome.out.find("refused merged-morphologies.h5: cannot start the program that reads HDF5 files; set "
+                               "FILIFORM_HDF5 to its path"),
+              std::string::npos)
+        << outcome.out;
+    EXPECT_EQ(TileSet::open(*folder_ / "other.fil")->counts().cells, 1u);
+  }
 }
 
 // It answers `create`, and then reads nothing: the pipe is full, and writing must not wait for ever.

@@ -52,7 +52,7 @@ TEST_F(CommandLine, AnyWordsGiveADocumentedCode) {
     std::vector<std::string> options;  // options that may be added
   };
   const std::vector<Command> commands{
-      {{"check", "cell.swc"}, {"--tsv", "--json", "--strict", "--unit", "--help"}},
+      {{"check", "cell.swc"}, {"--tsv", "--json", "--report", "--strict", "--unit", "--help"}},
       {{"ingest", "cell.swc", "-o", "new.fil"},
        {"--force", "--add", "--remove", "--strict", "--levels", "--no-levels", "--capacity", "--quantum", "--unit",
         "--memory", "--threads", "--report", "--placements", "--apply-offset"}},

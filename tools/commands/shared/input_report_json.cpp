@@ -2,49 +2,67 @@
 
 #include "tools/words/open_json.h"
 
+#include <optional>
 #include <ostream>
 #include <string>
-
-#include <nlohmann/json.hpp>
 
 namespace filiform::tools {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-void addFigures(const InputReport& report, Json& members) {
-  Json codes = Json::object();
-  for (const auto& [code, count] : report.codes.all()) codes[std::string(name(code))] = count;
-  members["severity"] = std::string(name(report.severity));
+// `outcome`: null for an archive whose entries count instead.
+Json figures(const char* title, const std::string& input, std::uint64_t bytes, const InputReport& report,
+             const InputOutcome* outcome) {
+  Json members = {{title, input}, {"bytes", bytes}, {"severity", std::string(name(report.severity))}};
+  if (outcome != nullptr) members["fate"] = std::string(name(outcome->fate));
+  if (outcome != nullptr && outcome->isLost()) members["reason"] = outcome->reason;
   members["samples"] = report.samples;
   members["segments"] = report.segments;
   members["dropped_lines"] = report.dropped_lines;
   members["links_cut"] = report.links_cut;
-  members["codes"] = codes;
+  members["codes"] = countsJson(report.codes);
+  return members;
 }
 
 void writeRecords(const InputReport& report, OpenJson& object, std::ostream& out, std::size_t level) {
   object.beginList("records");
   for (auto r = report.records.begin(); r != report.records.end(); ++r) {
     object.beginElement();
-    out << indentedJson({{"line", r->line}, {"code", std::string(name(r->code))}, {"token", r->token}}, level + 2);
+    out << indentedJson({{"line", r->line},
+                         {"code", std::string(name(r->code))},
+                         {"effect", std::string(name(r->effect))},
+                         {"token", r->token}},
+                        level + 2);
   }
   object.endList();
 }
 
-void writeSource(const SourceReport& source, std::ostream& out) {
-  Json members = {{"file", source.file}, {"bytes", source.bytes}};
-  addFigures(source.report, members);
-  OpenJson row(out, members, 1);
-  writeRecords(source.report, row, out, 1);
+}  // namespace
+
+nlohmann::ordered_json countsJson(const CodeCounts& codes) {
+  Json counts = Json::object();
+  for (const auto& [code, count] : codes.all()) counts[std::string(name(code))] = count;
+  return counts;
+}
+
+void writeSourceJson(std::ostream& out, const SourceReport& source, std::size_t level) {
+  const std::optional<InputOutcome> own = outcomeOf(source);
+  OpenJson row(out, figures("file", source.file, source.bytes, source.report, own ? &*own : nullptr), level);
+  row.beginText("dropped");
+  if (anyDropped(source))
+    writeDropped(source, [&](std::string_view piece) { row.addText(piece); });
+  else
+    row.addText("-");
+  row.endText();
+  writeRecords(source.report, row, out, level);
   if (source.archive) {
     row.beginList("entries");
     for (const EntryReport& entry : source.entries) {
       row.beginElement();
-      Json inner = {{"entry", entry.entry}, {"bytes", entry.bytes}};
-      addFigures(entry.report, inner);
-      OpenJson one(out, inner, 3);
-      writeRecords(entry.report, one, out, 3);
+      const InputOutcome outcome = outcomeOf(source, entry);
+      OpenJson one(out, figures("entry", entry.entry, entry.bytes, entry.report, &outcome), level + 2);
+      writeRecords(entry.report, one, out, level + 2);
       one.end();
     }
     row.endList();
@@ -52,15 +70,13 @@ void writeSource(const SourceReport& source, std::ostream& out) {
   row.end();
 }
 
-}  // namespace
-
 void writeReportJson(std::ostream& out, const std::vector<SourceReport>& reports) {
   out << '[';
   const char* between = "\n ";
   for (const SourceReport& source : reports) {
     out << between;
     between = ",\n ";
-    writeSource(source, out);
+    writeSourceJson(out, source, 1);
   }
   out << (reports.empty() ? "]\n" : "\n]\n");
 }

@@ -1,15 +1,21 @@
-// Writes input reports as JSON, for `ingest --report`.
+// Writes input reports as JSON, for `--report` of ingest and check, and for `check --json`.
 #pragma once
 
 #include "index/input/input.h"
 
+#include <cstddef>
 #include <iosfwd>
 #include <vector>
 
+#include <nlohmann/json.hpp>
+
 namespace filiform::tools {
 
-// Writes an array with one object a source, record by record: memory does not grow with the number of records. The
-// caller checks the stream for errors. Throws IoError if records cannot be read back.
+nlohmann::ordered_json countsJson(const CodeCounts& codes);
+// Writes one object, record by record: memory does not grow with the number of records. `level`: the indentation of its
+// closing brace. The caller checks the stream for errors. Throws IoError if records cannot be read back.
+void writeSourceJson(std::ostream& out, const SourceReport& source, std::size_t level);
+// The same for an array with one object a source.
 void writeReportJson(std::ostream& out, const std::vector<SourceReport>& reports);
 
 }  // namespace filiform::tools

@@ -17,7 +17,9 @@ namespace filiform::python {
 class OpenSet {
  public:
   // `budget_bytes`: of tiles kept between queries, and a quarter more of sample ids. Throws as TileSet::open().
-  OpenSet(const std::string& name, const RemoteOptions& remote, std::uint64_t budget_bytes);
+  // `revision`: empty for the newest.
+  OpenSet(const std::string& name, const std::string& revision, const RemoteOptions& remote,
+          std::uint64_t budget_bytes);
 
   const TileSet& set() const { return *set_; }
   const Nearest& nearest() const { return nearest_; }

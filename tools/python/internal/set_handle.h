@@ -1,7 +1,8 @@
-// SetHandle: what a filiform.Set of Python holds: a name, and the open set behind it.
+// SetHandle: what a filiform.Set of Python holds: a name, a revision, and the open set behind them.
 //
-// A process that was forked opens the set again at its first call: locks and threads of its parent are not its own, so
-// it neither uses nor destroys what the parent opened. Thread rule: hold Python's global lock for every member.
+// A process that was forked opens the same revision again at its first call: locks and threads of its parent are not
+// its own, so it neither uses nor destroys what the parent opened. Thread rule: hold Python's global lock for every
+// member.
 #pragma once
 
 #include "tools/python/internal/open_set.h"
@@ -14,8 +15,8 @@ namespace filiform::python {
 
 class SetHandle {
  public:
-  // Opens the set. Throws as OpenSet.
-  SetHandle(std::string name, RemoteOptions remote, std::uint64_t budget_bytes);
+  // Opens the set; `revision` is empty for the newest. Throws as OpenSet.
+  SetHandle(std::string name, const std::string& revision, RemoteOptions remote, std::uint64_t budget_bytes);
   ~SetHandle();
   SetHandle(const SetHandle&) = delete;
   SetHandle& operator=(const SetHandle&) = delete;
@@ -26,6 +27,7 @@ class SetHandle {
   // Closes files once the calls under way have ended. A second call has no effect.
   void close();
   bool closed() const { return closed_; }
+  const std::string& revision() const { return revision_; }  // the same while this object lives
 
  private:
   void abandonIfForked() noexcept;
@@ -34,6 +36,7 @@ class SetHandle {
   const RemoteOptions remote_;
   const std::uint64_t budget_bytes_;
   std::shared_ptr<const OpenSet> open_;
+  const std::string revision_;
   unsigned forks_;  // of this process when open_ was opened
   bool closed_ = false;
 };

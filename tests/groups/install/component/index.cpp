@@ -1,11 +1,17 @@
 #include <filiform/index/ingest/memory_tiles.h>
+#include <filiform/index/input/input.h>
 #include <filiform/index/query/nearest.h>
 
 #include <iostream>
 #include <vector>
 
-int main() {
+int main(int count, char** arguments) {
   filiform::Cell cell;
+  if (count > 1) {
+    filiform::Input input({arguments[1]});
+    while (input.next(cell)) std::cout << cell.source << " has " << cell.samples() << " samples\n";
+    return 0;
+  }
   cell.source = "made up";
   cell.sample_ids = {1, 2};
   cell.positions_um = {{0, 0, 0}, {10, 0, 0}};

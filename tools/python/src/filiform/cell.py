@@ -95,7 +95,7 @@ class Cell:
 
         A structured array (N,): ``node_id`` int64, ``label`` int32 (the SWC type), ``x y z radius`` float64 um,
         ``parent_id`` int64, -1 for a root. Unknown radii are nan. For a cell with loops, parents are those of a
-        spanning forest; `edges` has all links.
+        spanning forest; `ends` and `edges` have all links.
         """
         return self._data.nodes()
 
@@ -110,9 +110,21 @@ class Cell:
         return self._data.vertices()
 
     @cached_property
+    def ends(self) -> Array:
+        """(S, 2), uint32: the ends of each segment by its number, as rows of `nodes`: away from the root, and towards it.
+
+        The ``segment`` of a result is the row here, in every cell: ``c.types[c.ends[hits["segment"], 0]]``. The two ends
+        are equal for an isolated sample. A cell without loops numbers each segment as its first end, so that a root has
+        a row too, with equal ends.
+        """
+        return self._data.ends()
+
+    @cached_property
     def edges(self) -> Array:
-        """(E, 2), uint32: the positions in `vertices` of child and parent of each segment."""
-        return self._data.edges()
+        """(E, 2), uint32: the rows of `ends` whose two ends differ, as CloudVolume's Skeleton has them."""
+        edges = self.ends[self.ends[:, 0] != self.ends[:, 1]]
+        edges.flags.writeable = False
+        return edges
 
     @cached_property
     def radius(self) -> Array:
@@ -230,6 +242,9 @@ class Cell:
 
     def __hash__(self) -> int:
         return hash((self.set, self.index))
+
+    def __dask_tokenize__(self) -> tuple[Any, ...]:
+        return ("filiform.Cell", *self.set._id, self.index)
 
     def __repr__(self) -> str:
         return f"<filiform.Cell {self.name!r}: {self.segments} segments>"

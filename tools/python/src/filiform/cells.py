@@ -44,20 +44,22 @@ class CellList(list[Cell]):
 
 
 class Cells(Mapping[str, Cell]):
-    """The cells of a set. A mapping from names to `Cell`; ``cells[i]`` takes the index of a result too.
+    """The cells of a set. A mapping from names to `Cell`; ``cells[hit["cell"]]`` takes the uint32 of a result too.
 
-    Names are text, also where they are numbers: ids of FlyWire and MICrONS exceed 2**53.
+    Names are text, also where they are numbers: ids of FlyWire and MICrONS exceed 2**53. Other integers raise
+    TypeError, since they may be meant as a name or as an index; `at` takes an index.
     """
 
     def __init__(self, owner: Owner) -> None:
         self._set = owner
 
     def index(self, cell: Any) -> int:
-        """The index of a cell: of a name, an index, or a Cell of this set. Raises KeyError for an unknown one."""
+        """The index of a cell: of a name, the uint32 of a result, or a Cell of this set. Raises KeyError for an unknown one."""
         handle = self._set._handle
         if isinstance(cell, Cell):
-            if cell.set is not self._set and cell.set.path != self._set.path:
-                raise ValueError(f"cell: {cell.name!r} is a cell of another set, {cell.set.path}")
+            if cell.set._id != self._set._id:
+                other = "another revision of" if cell.set.path == self._set.path else "another set,"
+                raise ValueError(f"cell: {cell.name!r} is a cell of {other} {cell.set.path}")
             return cell.index
         if isinstance(cell, (str, bytes)):
             name = cell if isinstance(cell, bytes) else cell.encode("utf-8", "surrogateescape")
@@ -66,16 +68,24 @@ class Cells(Mapping[str, Cell]):
                 shown = text(name)
                 raise KeyError(f"no cell {shown!r} in {self._set.path}{handle.near_names(name)}")
             return found
+        if isinstance(cell, np.uint32):
+            return self.at(int(cell)).index
+        if isinstance(cell, (int, np.integer)):
+            raise TypeError(f"cell: {cell} is an integer, and names are text: use {str(cell)!r}, or cells.at({cell}) for an index")
+        raise TypeError(f"cell: expected a name, a cell of a result or a Cell, got {type(cell).__name__}")
+
+    def at(self, index: int) -> Cell:
+        """The cell with this index, as results and ``box_counts(group_by="cell")`` have it. Raises KeyError."""
         try:
-            i = operator.index(cell)
+            i = operator.index(index)
         except TypeError:
-            raise TypeError(f"cell: expected a name, an index or a Cell, got {type(cell).__name__}") from None
-        if not 0 <= i < handle.cell_limit() or handle.cell_record(i) is None:
+            raise TypeError(f"index: expected an integer, got {type(index).__name__}") from None
+        if not 0 <= i < self._set._handle.cell_limit():
             raise KeyError(f"no cell with index {i} in {self._set.path}")
-        return i
+        return Cell(self._set, i)
 
     def __getitem__(self, cell: Any) -> Cell:
-        """The cell of this name, or of this index of a result. Raises KeyError, with names that are alike."""
+        """The cell of this name, or of the uint32 of a result. Raises KeyError, with names that are alike."""
         return Cell(self._set, self.index(cell))
 
     def __contains__(self, cell: object) -> bool:
@@ -113,7 +123,7 @@ class Cells(Mapping[str, Cell]):
 
         Rows without a segment, which have the index 2**32 - 1, give no cell.
         """
-        return CellList(self[int(i)] for i in np.unique(np.asarray(indices)) if i != NO_CELL)
+        return CellList(self.at(i) for i in np.unique(np.asarray(indices)).tolist() if i != NO_CELL)
 
     def to_dataframe(self) -> Any:
         """A pandas DataFrame, one row a cell. Needs pandas."""

@@ -37,7 +37,7 @@ def render(
     camera : front, back, left, right, top, bottom; (yaw, pitch) in degrees; or (eye, target), two points in um.
     box : (2, 3), um, to frame. Default: the whole set; for a cell, its bounds.
     proxy : (3,), um: look closely at this place, `zoom` um across.
-    highlight : a cell to emphasise: a name, an index or a Cell.
+    highlight : a cell to emphasise: a name or a Cell.
     colour_by : cell, type, depth, radius or tile.
     segments : draw at most this many; a set with levels of detail is then drawn coarser.
 

@@ -24,6 +24,9 @@ class Owner(Protocol):
     @property
     def closed(self) -> bool: ...
 
+    @property
+    def _id(self) -> tuple[str, str]: ...
+
     def _index_of(self, cell: Any) -> int: ...
 
 

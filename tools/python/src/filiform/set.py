@@ -36,6 +36,7 @@ def open(
     token: str | None = None,
     cache: Union[str, "os.PathLike[str]", None] = None,
     budget: Union[int, str] = "256MiB",
+    revision: str | None = None,
 ) -> Set:
     """Open a tile set: a folder, or the address of a set on a server.
 
@@ -46,11 +47,12 @@ def open(
     token : sent to the set's own host only. Default: the variable ``FILIFORM_TOKEN``.
     cache : a folder that keeps what is read from an address, for later processes. Default: nothing is kept.
     budget : bytes of tiles to keep in memory between questions, a number or text such as ``"1GiB"``.
+    revision : open this revision, such as `Set.revision` gave it, instead of the newest.
 
     Raises FileNotFoundError if there is no such folder, OSError if it cannot be read or is no set, CorruptSet if it is
     damaged, ValueError for a malformed address. Reads a few kilobytes, whatever the size of the set.
     """
-    return Set(path, token=token, cache=cache, budget=budget)
+    return Set(path, token=token, cache=cache, budget=budget, revision=revision)
 
 
 def _is_address(name: str) -> bool:
@@ -60,8 +62,10 @@ def _is_address(name: str) -> bool:
 class Set:
     """A tile set. Make it with `filiform.open`; use it as a context manager, or call `close`.
 
-    Any number of threads may use one Set. It pickles as its path, so that processes of multiprocessing and dask open
-    the set anew. A forked process opens it anew by itself.
+    Any number of threads may use one Set. It pickles as its path and revision, so that processes of multiprocessing and
+    dask open the same revision; a forked process does so by itself. Where that revision was replaced, they raise OSError.
+    Sets are equal if path and revision are. A pickle holds neither token nor cache: other processes take the token from
+    the variable ``FILIFORM_TOKEN``.
     """
 
     def __init__(
@@ -71,6 +75,7 @@ class Set:
         token: str | None = None,
         cache: Union[str, "os.PathLike[str]", None] = None,
         budget: Union[int, str] = "256MiB",
+        revision: str | None = None,
     ) -> None:
         name = os.fspath(path)
         if not isinstance(name, str):
@@ -81,15 +86,15 @@ class Set:
                     raise NotADirectoryError(errno.ENOTDIR, "a file, not a tile set; make one from it with filiform.ingest", name)
                 raise FileNotFoundError(errno.ENOENT, "no such tile set (a folder)", name)
             name = os.path.abspath(name)
-        self._token = token
-        self._cache = None if cache is None else os.fspath(cache)
         self._budget = _core.parse_bytes("budget", budget) if isinstance(budget, str) else int(budget)
         if self._budget < 0:
             raise ValueError("budget: must be 0 bytes or more")
         self._path = name
         self._cells: Cells | None = None
         sent = token if token is not None else os.environ.get("FILIFORM_TOKEN", "")
-        self._handle = _core.SetHandle(name, sent if _is_address(name) else "", self._cache or "", self._budget)
+        self._handle = _core.SetHandle(
+            name, revision or "", sent if _is_address(name) else "", "" if cache is None else os.fspath(cache), self._budget
+        )
 
     # -- the set itself
 
@@ -104,8 +109,8 @@ class Set:
 
     @property
     def revision(self) -> str:
-        """The revision that was opened. It stays, if another one is published meanwhile."""
-        return self._handle.revision()
+        """The revision that was opened. It stays, if another one is published meanwhile, also in other processes."""
+        return self._handle.revision
 
     @property
     def units(self) -> str:
@@ -150,13 +155,27 @@ class Set:
     def __reduce__(self) -> tuple[Any, ...]:
         if self.closed:
             raise ValueError(f"the set {self._path} is closed; open it again")
-        return _reopen, (self._path, self._token, self._cache, self._budget)
+        return _reopen, (self._path, self.revision, self._budget)
+
+    def __copy__(self) -> Set:
+        return self
+
+    def __deepcopy__(self, memo: Any) -> Set:
+        return self
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Set) and (self is other or (self._path, self.closed) == (other._path, other.closed))
+        return isinstance(other, Set) and (self is other or (*self._id, self.closed) == (*other._id, other.closed))
 
     def __hash__(self) -> int:
-        return hash(self._path)
+        return hash(self._id)
+
+    def __dask_tokenize__(self) -> tuple[str, ...]:
+        return ("filiform.Set", *self._id)
+
+    @property
+    def _id(self) -> tuple[str, str]:
+        """Path and revision: what names the same cells in each process."""
+        return self._path, self.revision
 
     def __repr__(self) -> str:
         if self.closed:
@@ -183,6 +202,8 @@ class Set:
     def attribute(self, name: str, cells: npt.ArrayLike | None = None) -> Array:
         """One attribute of all cells, by cell index: float64 with nan, or objects (text) with None, where it is missing.
 
+        Objects are text, or integers of which a float64 does not hold all, such as ids beyond 2**53.
+
         ``s.attribute("layer", hits["cell"])`` gives it for each row of `nearest`; it is missing where no segment was
         found. Raises KeyError for an unknown one.
         """
@@ -203,6 +224,10 @@ class Set:
         values, texts = column
         if texts is None:
             return values
+        if not isinstance(texts, list):  # which cells have one of the integers
+            integers = values.astype(object)
+            integers[~texts] = None
+            return integers
         named = np.array([*(text.decode("utf-8", "surrogateescape") for text in texts), None], dtype=object)
         column_of_text: Array = named[np.minimum(values, len(texts))]
         return column_of_text
@@ -258,7 +283,7 @@ class Set:
         -------
         A structured array of shape points.shape[:-1], with an axis of k at the end unless k is 1. For one point and
         k = 1: one row. Fields: ``distance x y z`` float64 um, the nearest place; ``cell`` uint32, for ``s.cells[i]``;
-        ``segment`` uint32; ``sample`` int64, the id in the file of the segment's end away from the root; ``exact``
+        ``segment`` uint32, the row of `Cell.ends`; ``sample`` int64, the id in the file of the segment's end away from the root; ``exact``
         bool. Where fewer than k segments are found, distance is inf, x y z are nan, sample is -1, cell and segment are
         2**32 - 1.
 
@@ -361,7 +386,7 @@ class Set:
 
         Parameters
         ----------
-        cell : a name, index or Cell. Default: the cell with the most segments.
+        cell : a name or Cell. Default: the cell with the most segments.
         route : ``"FIRST:LAST"`` (sample ids), ``"longest"``, ``"random:SEED"`` or ``"tour:SEED"``.
         method : ``"climb"``, or a method of the paper: basic, shading, force, force-listing.
         hand : ``"loose"``, ``"medium"`` or ``"firm"``. `device` replaces it, for example ``"replay:FILE"``.
@@ -384,8 +409,8 @@ class Set:
         return render(self, **options)
 
 
-def _reopen(path: str, token: str | None, cache: str | None, budget: int) -> Set:
-    return Set(path, token=token, cache=cache, budget=budget)
+def _reopen(path: str, revision: str, budget: int) -> Set:
+    return Set(path, budget=budget, revision=revision)
 
 
 def _names(fields: Union[str, Iterable[str]]) -> tuple[str, ...]:
