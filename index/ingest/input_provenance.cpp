@@ -21,9 +21,9 @@ void addSource(const SourceReport& source, Provenance& provenance) {
       (outcome.fate == InputFate::kRefused ? provenance.refused : provenance.skipped)
           .push_back({input, outcome.code, outcome.reason});
   };
-  if (const std::optional<InputOutcome> outcome = outcomeOf(source)) take(source.file, source.report, *outcome);
+  if (const std::optional<InputOutcome> outcome = outcomeOfInput(source)) take(source.file, source.report, *outcome);
   for (const EntryReport& entry : source.entries)
-    take(source.file + "/" + entry.entry, entry.report, outcomeOf(source, entry));
+    take(source.file + "/" + entry.entry, entry.report, outcomeOfInput(source, entry));
   provenance.sources.push_back({source.file, source.bytes, source.digest, cells});
   if (anyDropped(source)) provenance.sources.back().dropped = [&source](const auto& use) { writeDropped(source, use); };
 }

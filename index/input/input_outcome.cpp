@@ -50,7 +50,7 @@ std::string codesText(const CodeCounts& codes) {
   return list.empty() ? "-" : list;
 }
 
-std::optional<InputOutcome> outcomeOf(const SourceReport& row) {
+std::optional<InputOutcome> outcomeOfInput(const SourceReport& row) {
   if (row.archive) {
     const bool told = std::any_of(row.entries.begin(), row.entries.end(),
                                   [&](const EntryReport& entry) { return fateOf(row, entry) == InputFate::kRefused; });
@@ -59,14 +59,15 @@ std::optional<InputOutcome> outcomeOf(const SourceReport& row) {
   return outcomeAs(row.left_out ? InputFate::kSkipped : fateBySeverity(row.report), row.report);
 }
 
-InputOutcome outcomeOf(const SourceReport& row, const EntryReport& entry) {
+InputOutcome outcomeOfInput(const SourceReport& row, const EntryReport& entry) {
   return outcomeAs(fateOf(row, entry), entry.report);
 }
 
 void forEachInput(const std::vector<SourceReport>& reports, const UseInput& use) {
   for (const SourceReport& row : reports) {
-    if (const std::optional<InputOutcome> outcome = outcomeOf(row)) use(row.file, row.report, *outcome);
-    for (const EntryReport& entry : row.entries) use(row.file + "/" + entry.entry, entry.report, outcomeOf(row, entry));
+    if (const std::optional<InputOutcome> outcome = outcomeOfInput(row)) use(row.file, row.report, *outcome);
+    for (const EntryReport& entry : row.entries)
+      use(row.file + "/" + entry.entry, entry.report, outcomeOfInput(row, entry));
   }
 }
 

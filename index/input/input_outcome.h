@@ -31,9 +31,9 @@ struct InputOutcome {
 };
 
 // Of a file, or of an archive that is refused without a refused entry. nullopt: an archive whose entries count instead.
-std::optional<InputOutcome> outcomeOf(const SourceReport& row);
+std::optional<InputOutcome> outcomeOfInput(const SourceReport& row);
 // Of an entry of an archive.
-InputOutcome outcomeOf(const SourceReport& row, const EntryReport& entry);
+InputOutcome outcomeOfInput(const SourceReport& row, const EntryReport& entry);
 // Calls `use` for each input, in the order of the reports; an entry is named `archive/entry`. Names are raw bytes.
 using UseInput = std::function<void(const std::string& input, const InputReport& report, const InputOutcome& outcome)>;
 void forEachInput(const std::vector<SourceReport>& reports, const UseInput& use);

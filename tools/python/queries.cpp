@@ -113,7 +113,7 @@ double radiusArgument(py::handle value) {
 }
 
 // The ends of the segments, child then parent: N x 6. Reads each tile once.
-std::vector<double> endsOf(const TileSet& set, const std::vector<NearestResult>& results) {
+std::vector<double> endsOfHits(const TileSet& set, const std::vector<NearestResult>& results) {
   std::vector<std::size_t> order(results.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::sort(order.begin(), order.end(),
@@ -142,7 +142,7 @@ py::tuple foundArrays(const OpenSet& open, const std::vector<NearestResult>& res
   {
     const py::gil_scoped_release released;
     for (std::size_t i = 0; i < results.size(); ++i) row[i] = rowOf(open, results[i]);
-    if (want_ends) values = endsOf(open.set(), results);
+    if (want_ends) values = endsOfHits(open.set(), results);
   }
   if (want_ends) {
     py::array_t<double> array({static_cast<py::ssize_t>(results.size()), py::ssize_t{6}});

@@ -19,7 +19,7 @@ constexpr std::uint64_t kMostUnasked = std::uint64_t{16} << 20;
 
 namespace {
 
-std::string folderOf(const std::string& file) { return file.substr(0, file.rfind('/')); }
+std::string setFolderOf(const std::string& file) { return file.substr(0, file.rfind('/')); }
 
 }  // namespace
 
@@ -29,7 +29,7 @@ Revision::Revision(std::unique_ptr<TileSource> source, const std::string& wanted
     readManifest();
     return;
   }
-  const std::string set = folderOf(source_->describe(kCurrentFile));
+  const std::string set = setFolderOf(source_->describe(kCurrentFile));
   if (!isRevisionName(wanted)) throw UsageError(set + ": '" + escaped(wanted, 40) + "' is not the name of a revision");
   name_ = wanted;
   try {
@@ -73,7 +73,7 @@ void Revision::readManifest() {
   try {
     manifest_ = decodeManifest(text_);
   } catch (const OtherVersion& version) {
-    throw InputError(folderOf(source_->describe(kCurrentFile)) +
+    throw InputError(setFolderOf(source_->describe(kCurrentFile)) +
                      (version.older ? ": was made by an older filiform; ingest it again"
                                     : ": was made by a newer filiform; use that one"));
   } catch (const Damage& damage) {

@@ -47,7 +47,7 @@ nlohmann::ordered_json countsJson(const CodeCounts& codes) {
 }
 
 void writeSourceJson(std::ostream& out, const SourceReport& source, std::size_t level) {
-  const std::optional<InputOutcome> own = outcomeOf(source);
+  const std::optional<InputOutcome> own = outcomeOfInput(source);
   OpenJson row(out, figures("file", source.file, source.bytes, source.report, own ? &*own : nullptr), level);
   row.beginText("dropped");
   if (anyDropped(source))
@@ -60,7 +60,7 @@ void writeSourceJson(std::ostream& out, const SourceReport& source, std::size_t 
     row.beginList("entries");
     for (const EntryReport& entry : source.entries) {
       row.beginElement();
-      const InputOutcome outcome = outcomeOf(source, entry);
+      const InputOutcome outcome = outcomeOfInput(source, entry);
       OpenJson one(out, figures("entry", entry.entry, entry.bytes, entry.report, &outcome), level + 2);
       writeRecords(entry.report, one, out, level + 2);
       one.end();
