@@ -81,7 +81,7 @@ FILIFORM_API const char* filiform_error_text(void);
 /* The name of a status, such as "FILIFORM_USAGE"; "unknown status" for other values. Static storage. */
 FILIFORM_API const char* filiform_status_name(int status);
 
-/* The version of the library, such as "0.1.0". Static storage. */
+/* The version of the library, such as "0.2.0-dev". Static storage. */
 FILIFORM_API const char* filiform_version(void);
 
 /* Frees an array that a function returned. NULL is allowed. */
