@@ -99,8 +99,8 @@ int filiform_cell_distance(filiform_cell* cell, filiform_place from, filiform_pl
   return call([&] {
     *required(length_um, "length_um") = 0;
     const HeldCell held(cell, "cell");
-    *length_um = held->paths.length_um(held->place(from, "from"), held->place(to, "to"))
-                     .value_or(std::numeric_limits<double>::infinity());
+    const CellPlace begin = held->place(from, "from"), end = held->place(to, "to");
+    *length_um = held->paths.length_um(begin, end).value_or(std::numeric_limits<double>::infinity());
   });
 }
 
@@ -133,7 +133,8 @@ int filiform_cell_path(filiform_cell* cell, filiform_place from, filiform_place 
     *required(points, "points") = nullptr;
     *required(count, "count") = 0;
     const HeldCell held(cell, "cell");
-    const std::optional<CellPath> path = held->paths.path(held->place(from, "from"), held->place(to, "to"));
+    const CellPlace begin = held->place(from, "from"), end = held->place(to, "to");
+    const std::optional<CellPath> path = held->paths.path(begin, end);
     if (!path) throw UsageError("to: no path joins the places");
     std::vector<filiform_path_point> told;
     told.reserve(path->points.size());

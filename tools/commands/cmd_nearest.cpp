@@ -42,9 +42,7 @@ std::vector<double> numbers(const std::string& option, const std::vector<std::st
 std::vector<Vector3d> pointsOf(const NearestArguments& a) {
   if (int{!a.points.empty()} + int{!a.coordinates.empty()} + int{!a.box.empty()} + int{!a.ray.empty()} != 1)
     throw UsageError("nearest: give one of: a point X Y Z, --points FILE (- for stdin), --box, --ray");
-  if (!a.coordinates.empty())
-    return {Vector3d(parseNumber("X", a.coordinates[0]), parseNumber("Y", a.coordinates[1]),
-                     parseNumber("Z", a.coordinates[2]))};
+  if (!a.coordinates.empty()) return {pointOfWords(a.coordinates)};
   return a.points.empty() ? std::vector<Vector3d>() : readPoints(a.points);  // none: a box or a ray
 }
 

@@ -12,6 +12,7 @@
 #include "tools/commands/shared/scene.h"
 #include "tools/commands/shared/web_page.h"
 #include "tools/pictures/png.h"
+#include "tools/program/cli.h"
 #include "tools/program/ending_watch.h"
 #include "tools/program/interruption.h"
 #include "tools/program/output_check.h"
@@ -32,7 +33,7 @@ namespace {
 
 struct ViewArguments {
   std::shared_ptr<const RemoteArguments> remote;
-  std::vector<std::string> scene;
+  std::vector<std::string> scene, given;  // given: the options of the command line
   std::string device = "mouse", method = "climb", budget, record, state, pictures = ".", size, follow;
   double zoom_um = 300;
   std::optional<double> seconds, stiffness_N_m;
@@ -90,8 +91,10 @@ int runView(const ViewArguments& a) {
   }
   if (a.web) {
     if (a.scene.size() != 1 || isFileScene(a.scene.front())) throw UsageError("--web: give one tile set");
-    if (!a.follow.empty()) throw UsageError("--follow: leave out --web; the window of this command has the device");
-    return travelInBrowser(a.scene.front());
+    for (const std::string& option : a.given)
+      if (option != "SCENE" && option != "--web" && !isRemoteOption(option))
+        throw UsageError(option + ": leave it out, or leave out --web; the page has controls of its own");
+    return travelInBrowser(a.scene.front(), a.remote);
   }
   std::vector<NamedPath> outputs{{"--record", a.record}, {"--state", a.state}};
   if (isFileOutput(a.record)) outputs.push_back({"--record", a.record + ".json"});
@@ -187,10 +190,14 @@ void addView(CLI::App& app, Chosen& chosen) {
           "address")
       ->type_name("WS_URL");
   command->add_flag("--reset", a->reset, "reset the settings to defaults");
-  command->add_flag("--web", a->web, "travel in a browser instead of a window; the other options have no effect");
+  command->add_flag("--web", a->web,
+                    "travel in a browser instead of a window; only the options for a SET at an address go with it");
   command->add_flag("--keys", a->keys, "print keys and mouse actions as Markdown, and end");
   a->remote = addRemoteArguments(*command);
-  command->callback([a, &chosen] { chosen = [a] { return runView(*a); }; });
+  command->callback([a, command, &chosen] {
+    a->given = givenOptions(*command);
+    chosen = [a] { return runView(*a); };
+  });
 }
 
 }  // namespace filiform::tools

@@ -14,12 +14,20 @@
 
 namespace filiform::tools {
 
+Vector3d pointOfWords(const std::vector<std::string>& words, const std::string& before) {
+  Vector3d point;
+  for (int axis = 0; axis < 3; ++axis)  // in this order, so that the first wrong one is named
+    point[axis] = parseNumber(before + "xyz"[axis], words.at(static_cast<std::size_t>(axis)));
+  return point;
+}
+
 namespace {
 
 std::vector<Vector3d> readLines(std::istream& in, const std::string& name) {
   std::vector<Vector3d> points;
   std::string line;
   for (std::size_t number = 1; std::getline(in, line); ++number) {
+    if (number == 1 && line.starts_with("\xEF\xBB\xBF")) line.erase(0, 3);
     line.erase(std::min(line.find('#'), line.size()));
     for (char& c : line)
       if (c == ',' || c == '\t' || c == '\r') c = ' ';
@@ -28,9 +36,9 @@ std::vector<Vector3d> readLines(std::istream& in, const std::string& name) {
     if (fields.empty()) continue;
     const std::string where = name + ":" + std::to_string(number);
     if (fields.size() != 3)
-      throw UsageError(where + ": " + std::to_string(fields.size()) + " fields; give three: x y z");
-    points.emplace_back(parseNumber(where + ": x", fields[0]), parseNumber(where + ": y", fields[1]),
-                        parseNumber(where + ": z", fields[2]));
+      throw UsageError(where + ": " + std::to_string(fields.size()) + (fields.size() == 1 ? " field" : " fields") +
+                       "; give three: x y z");
+    points.push_back(pointOfWords(fields, where + ": "));
     if (points.back().cwiseAbs().maxCoeff() > Nearest::kMaxCoordinate_um)
       throw UsageError(where + ": coordinates must lie within 1e150 um");
   }

@@ -14,6 +14,7 @@ class PointListEvents final : public nlohmann::json_sax<nlohmann::json> {
  public:
   explicit PointListEvents(std::size_t most) : most_(most) {}
   PointList list;
+  bool hasPoints() const { return seen_.contains("points"); }
 
   bool null() override { refuse(); }
   bool boolean(bool) override { refuse(); }
@@ -77,6 +78,7 @@ class PointListEvents final : public nlohmann::json_sax<nlohmann::json> {
 PointList readPointList(std::string_view json, std::size_t most) {
   PointListEvents events(most);
   nlohmann::json::sax_parse(json.begin(), json.end(), &events);
+  if (!events.hasPoints()) throw Refusal(400, "the JSON body has no points; send {\"points\": [[1, 2, 3], [4, 5, 6]]}");
   return std::move(events.list);
 }
 
