@@ -21,6 +21,7 @@
 #include "viewer/window/settings/bindings.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cstdlib>
 #include <filesystem>
 #include <iostream>
@@ -119,13 +120,26 @@ int runView(const ViewArguments& a) {
     throwIfInterrupted();
     if (follow) follow->throwIfRefused();
   };
+  if (a.device.starts_with("replay:"))
+    for (const char* const option : {"--method", "--zoom", "--stiffness"})
+      if (std::find(a.given.begin(), a.given.end(), option) != a.given.end())
+        throw UsageError(std::string(option) + ": leave it out; a replay shows the travel as it was recorded");
   if (follow)
     options.observe = [&follow](const OpenedScene& scene, const NavigationSnapshot& now) {
       return follow->observe(scene, now);
     };
   options.plugged_in = [](const std::string& device) { return isPluggedIn(systemUsb(), device); };
-  EndingWatch watch = watchForSilentFiles();
-  options.ending = [&watch] { watch.begin(); };
+  // The end may take long while a recording is written; then only silent files can delay it.
+  constexpr double kDevicePatience_s = 30;
+  EndingWatch whole = watchForSilentFiles({}, kDevicePatience_s), files = watchForSilentFiles();
+  std::atomic<bool> ends{false};
+  options.ending = [&] {
+    ends = true;
+    whole.begin();
+  };
+  options.session.ending = [&] {
+    if (ends) files.begin();
+  };
   options.session.device = a.device;
   options.session.method = solverMethod(a.method);
   options.session.zoom_um = a.zoom_um;
