@@ -128,6 +128,18 @@ class DescriptorBuffer : public std::streambuf {
 
 }  // namespace
 
+void cutToWholeLines(const std::string& path) {
+  const Descriptor file(::open(path.c_str(), O_RDWR | O_CLOEXEC));
+  struct stat what {};
+  if (!file.isOpen() || ::fstat(file.number(), &what) != 0) throw IoError(escaped(path), "cannot read", errno);
+  auto end = static_cast<std::uint64_t>(what.st_size);
+  for (char last = 0; end > 0; --end) {
+    if (!file.readAt(end - 1, &last, 1)) throw IoError(escaped(path), "cannot read", errno);
+    if (last == '\n') break;
+  }
+  if (::ftruncate(file.number(), static_cast<off_t>(end)) != 0) throw IoError(escaped(path), "cannot write", errno);
+}
+
 OutputPlace outputPlace(const std::string& path) {
   if (path.empty()) throw UsageError("the name of an output is empty: give a file, or - for standard output");
   OutputPlace place;
@@ -265,7 +277,7 @@ struct Output::Impl {
         if (::fchmod(file.number(), old.st_mode & 07777) != 0) fail(errno);
       }
     }
-    if (options.sync && ::fsync(file.number()) != 0 && errno != EINVAL && errno != EROFS) fail(errno);
+    if (options.sync && file.isOpen() && ::fsync(file.number()) != 0 && errno != EINVAL && errno != EROFS) fail(errno);
     if (!file.close()) fail(errno);
     if (!aside) {
       if (::rename(partial.c_str(), place.target.c_str()) != 0) fail(errno);
@@ -288,7 +300,7 @@ struct Output::Impl {
   }
 
   void complete(bool aside) {
-    if (!options.by_name) stream.flush();
+    if (!options.by_name && stream) stream.flush();
     if (place.kind == OutputPlace::Kind::kFile) {
       publish(aside);
     } else if (options.by_name) {
@@ -322,8 +334,13 @@ void Output::finish() {
 
 std::string Output::finishAside() {
   Impl& d = *impl_;
-  if (std::exchange(d.finished, true)) return d.path;
-  if (!d.stream) throw IoError(inShort(d.path), "was not written completely");
+  const bool failed = !d.stream || (d.finished && !d.partial.empty());
+  if (std::exchange(d.finished, true) && !failed) return d.path;
+  if (failed) {
+    if (d.place.kind != OutputPlace::Kind::kFile || !d.options.mend)
+      throw IoError(inShort(d.path), "was not written completely");
+    d.options.mend(d.partial);
+  }
   d.complete(true);
   if (d.place.kind != OutputPlace::Kind::kFile) return d.path;
   // Use the first unused name: neither call replaces a file.
@@ -336,7 +353,7 @@ std::string Output::finishAside() {
       name += target.extension().string();
     }
     if (::link(d.partial.c_str(), name.c_str()) == 0) return name;  // the destructor removes the other name
-    const bool no_links = errno == EPERM || errno == EOPNOTSUPP;    // unsupported by this file system
+    const bool no_links = errno == EPERM || errno == EOPNOTSUPP || errno == ENOSPC;  // or no room for a second name
     if (no_links && ::renameat2(AT_FDCWD, d.partial.c_str(), AT_FDCWD, name.c_str(), RENAME_NOREPLACE) == 0)
       return name;
     if (errno != EEXIST || n == 1000) d.fail(errno);

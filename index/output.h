@@ -17,6 +17,7 @@
 #include "index/errors.h"
 
 #include <atomic>
+#include <functional>
 #include <iosfwd>
 #include <memory>
 #include <string>
@@ -30,7 +31,12 @@ struct OutputOptions {
   bool by_name = false;
   bool sync = true;  // flush to disk before the rename, so that a power cut leaves either the old or the new file
   const std::atomic<bool>* cancel = nullptr;  // when true: stop waiting for a pipe's reader, throw Interrupted
+  // Makes the incomplete file of this name usable, for finishAside() after a failed write, as on a full disk.
+  std::function<void(const std::string& partial)> mend{};
 };
+
+// For OutputOptions::mend: cuts a text file after its last whole line. Throws IoError.
+void cutToWholeLines(const std::string& path);
 
 class Output {
  public:
@@ -51,9 +57,10 @@ class Output {
   // Publishes a regular file. For a device, pipe or descriptor: writes the remaining bytes. Nothing may be written
   // afterwards; a second call does nothing. Throws as write() does.
   void finish();
-  // Publishes an incomplete result: at the path if nothing exists there, otherwise beside it under a new name. Returns
-  // the name used. For a device, pipe or descriptor: calls finish() and returns the path. Throws as finish() does, and
-  // IoError after a failed write.
+  // Publishes an incomplete result: at the path if nothing exists there, otherwise beside it as NAME.unfinished.ENDING
+  // or, if this exists too, NAME.unfinished-2.ENDING. Returns the name used. For a device, pipe or descriptor: calls
+  // finish() and returns the path. After a failed write, of this or of finish(), mends the file first; without
+  // OutputOptions::mend throws IoError. Throws as finish() and `mend` do.
   std::string finishAside();
 
   const std::string& path() const noexcept;  // as given

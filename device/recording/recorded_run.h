@@ -21,4 +21,14 @@ struct RunMarks {
   std::array<std::uint32_t, 6> values{};
 };
 
+namespace internal {
+
+struct RecordedExchange {
+  RecordedForces wrench;
+  DeviceState state;
+  RunMarks marks;
+};
+
+}  // namespace internal
+
 }  // namespace filiform

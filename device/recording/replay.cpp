@@ -10,6 +10,7 @@
 #include <cstdio>
 #include <cstring>
 #include <exception>
+#include <filesystem>
 #include <fstream>
 #include <mutex>
 #include <ostream>
@@ -39,6 +40,36 @@ std::string printable(const std::string& text) {
 
 DeviceError systemFailure(const std::string& path, const std::string& what, int error_number) {
   return DeviceError(printable(path) + ": " + what + ": " + std::generic_category().message(error_number));
+}
+
+// The bytes of a recording, and its whole exchanges.
+struct ReadRecording {
+  std::string bytes;
+  internal::RecordingHeader header;
+  std::vector<internal::RecordedExchange> exchanges;
+  std::size_t end = 0;  // of the last whole exchange
+};
+
+ReadRecording readRecording(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  if (!in) throw systemFailure(path, "cannot open the recording", errno);
+  std::ostringstream whole;
+  if (in.peek() != std::ifstream::traits_type::eof()) whole << in.rdbuf();
+  if (in.bad() || whole.bad()) throw DeviceError(printable(path) + ": cannot read the recording");
+  ReadRecording read;
+  read.bytes = std::move(whole).str();
+  const std::string_view bytes = read.bytes;
+  read.end = internal::readHeader(printable(path), bytes, read.header);
+  const bool oriented = read.header.capabilities.senses_orientation;
+  const std::size_t exchange_bytes = internal::exchangeBytes(oriented);
+  read.exchanges.reserve((bytes.size() - read.end) / exchange_bytes);
+  internal::RecordedExchange exchange;
+  while (bytes.size() - read.end >= exchange_bytes &&
+         internal::readExchange(bytes.substr(read.end), read.exchanges.size(), exchange, oriented)) {
+    read.exchanges.push_back(exchange);
+    read.end += exchange_bytes;
+  }
+  return read;
 }
 
 // Compares bits: -0 differs from 0, and a NaN equals itself.
@@ -247,44 +278,44 @@ RecordingWords readRecordingWords(const std::string& path) {
   return {header.device, header.options};
 }
 
-ReplayDevice::ReplayDevice(const std::string& path) {
-  const std::string file = printable(path);
-  std::ifstream in(path, std::ios::binary);
-  if (!in) throw systemFailure(path, "cannot open the recording", errno);
-  std::ostringstream whole;
-  if (in.peek() != std::ifstream::traits_type::eof()) whole << in.rdbuf();
-  if (in.bad() || whole.bad()) throw DeviceError(file + ": cannot read the recording");
-  const std::string content = std::move(whole).str();
-  const std::string_view bytes = content;
+std::size_t closeRecording(const std::string& path) {
+  ReadRecording read = readRecording(path);
+  std::size_t count = read.exchanges.size();
+  const std::string_view after = std::string_view(read.bytes).substr(read.end);
+  if (after.size() == internal::kClosingBytes && internal::isClosing(after, count)) return count;
+  const std::size_t exchange_bytes = internal::exchangeBytes(read.header.capabilities.senses_orientation);
+  for (; count > 0 && read.end + internal::kClosingBytes > read.bytes.size(); --count) read.end -= exchange_bytes;
+  std::string closing;
+  internal::appendClosing(closing, count);
+  std::fstream out(path, std::ios::binary | std::ios::in | std::ios::out);
+  out.seekp(static_cast<std::streamoff>(read.end));
+  out << closing << std::flush;
+  std::error_code error;
+  if (out) std::filesystem::resize_file(path, read.end + closing.size(), error);
+  if (!out || error) throw DeviceError(printable(path) + ": cannot close the recording");
+  return count;
+}
 
-  internal::RecordingHeader header;
-  std::size_t at = internal::readHeader(file, bytes, header);
-  const bool oriented = header.capabilities.senses_orientation;
-  const std::size_t exchange_bytes = internal::exchangeBytes(oriented);
-  exchanges_.reserve((bytes.size() - at) / exchange_bytes);
-  Exchange exchange;
-  internal::RecordedExchange recorded;
-  while (bytes.size() - at >= exchange_bytes &&
-         internal::readExchange(bytes.substr(at), exchanges_.size(), recorded, oriented)) {
-    exchange = {recorded.wrench, recorded.state, recorded.marks};
-    exchanges_.push_back(exchange);
-    at += exchange_bytes;
-  }
-  const std::size_t left = bytes.size() - at;
-  const std::string place = std::to_string(at) + ", after " + std::to_string(exchanges_.size()) + " whole exchanges";
+ReplayDevice::ReplayDevice(const std::string& path) {
+  ReadRecording read = readRecording(path);
+  const std::string file = printable(path);
+  const std::string_view bytes = read.bytes;
+  const std::size_t count = read.exchanges.size(), left = bytes.size() - read.end;
+  const std::string place = std::to_string(read.end) + ", after " + std::to_string(count) + " whole exchanges";
   if (left < internal::kClosingBytes)
     throw DeviceError(file + ": cut short at byte " + std::to_string(bytes.size()) + ": no closing mark after " +
-                      std::to_string(exchanges_.size()) + " whole exchanges");
-  if (left > internal::kClosingBytes && left < exchange_bytes)
+                      std::to_string(count) + " whole exchanges");
+  if (left > internal::kClosingBytes && left < internal::exchangeBytes(read.header.capabilities.senses_orientation))
     throw DeviceError(file + ": cut short or damaged at byte " + place);
-  if (left != internal::kClosingBytes || !internal::isClosing(bytes.substr(at), exchanges_.size()))
+  if (left != internal::kClosingBytes || !internal::isClosing(bytes.substr(read.end), count))
     throw DeviceError(file + ": damaged at byte " + place + ": the checksum does not match");
 
-  capabilities_ = header.capabilities;
+  exchanges_ = std::move(read.exchanges);
+  capabilities_ = read.header.capabilities;
   capabilities_.paces_loop = capabilities_.keeps_time = capabilities_.is_led = false;
-  status_at_open_ = header.status_at_open;
-  device_ = header.device;
-  marked_ = header.marked;
+  status_at_open_ = read.header.status_at_open;
+  device_ = read.header.device;
+  marked_ = read.header.marked;
 }
 
 void ReplayDevice::open() {
@@ -305,7 +336,7 @@ DeviceState ReplayDevice::exchange(const Wrench& wrench) noexcept {
     state_.status = DeviceStatus::closed;
     return state_;
   }
-  const Exchange& exchange = exchanges_[next_++];
+  const internal::RecordedExchange& exchange = exchanges_[next_++];
   if (!sameBits(exchange.wrench, wrench)) ++differing_wrenches_;
   state_ = exchange.state;
   marks_ = exchange.marks;

@@ -74,6 +74,12 @@ struct RecordingWords {
 // Reads only the header of a recording. Throws DeviceError as ReplayDevice does.
 RecordingWords readRecordingWords(const std::string& path);
 
+// Makes a recording that was cut off, as by a full disk, replayable: drops what follows its last whole exchange, and
+// puts the closing mark there. Needs no more room than the file has. Does nothing to a whole recording. Returns the
+// number of exchanges. Throws DeviceError if the header is not whole, or if the file cannot be read or written.
+// O(bytes).
+std::size_t closeRecording(const std::string& path);
+
 // Replays a recording. The n-th exchange returns the n-th recorded state, bit for bit, whatever the wrench. After the
 // last exchange, the status is closed and the last state repeats. Holds the whole file in memory (0.9 GB for an hour at
 // 1 kHz). Thread rule: as HapticDevice.
@@ -101,13 +107,7 @@ class ReplayDevice : public HapticDevice {
   void relax() noexcept override {}
 
  private:
-  struct Exchange {
-    RecordedForces wrench;
-    DeviceState state;
-    RunMarks marks;
-  };
-
-  std::vector<Exchange> exchanges_;
+  std::vector<internal::RecordedExchange> exchanges_;
   DeviceCapabilities capabilities_;
   DeviceStatus status_at_open_ = DeviceStatus::ready;
   std::string device_;

@@ -18,6 +18,11 @@ bool isZoom(double zoom_um) { return std::isfinite(zoom_um) && zoom_um > 0; }
 
 }  // namespace
 
+void Workspace::requireZoom(double zoom_um) {
+  if (!(zoom_um >= kMinZoom_um && zoom_um <= kMaxZoom_um))
+    throw UsageError("the zoom must be a number from 1e-06 to 1000000 um");
+}
+
 Workspace::Workspace(const WorkspaceOptions& options) : options_(options) {
   if (!options.lo_D.allFinite() || !options.hi_D.allFinite() || !(options.lo_D.array() < options.hi_D.array()).all())
     throw UsageError("the device's workspace is empty or not finite; give a box with lo < hi on each axis");
@@ -25,7 +30,7 @@ Workspace::Workspace(const WorkspaceOptions& options) : options_(options) {
     throw UsageError("the static fraction of the workspace must be between 0 and 1");
   if (!(options.drift_speed_m_s >= 0 && std::isfinite(options.drift_speed_m_s)))
     throw UsageError("the drift speed of the workspace must be finite and >= 0 m/s");
-  if (!isZoom(options.zoom_um)) throw UsageError("the zoom must be finite and > 0 um");
+  requireZoom(options.zoom_um);
   pivot_D_ = centre_D();
   scale_um_m_ = scaleOf(options.zoom_um);
 }

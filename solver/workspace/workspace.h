@@ -28,10 +28,12 @@ struct WorkspaceOptions {
 class Workspace {
  public:
   static constexpr double kZoomSpan_m = 0.12;
-  static constexpr double kMinZoom_um = 1e-6, kMaxZoom_um = 1e6;  // zooms are clamped to this range
+  static constexpr double kMinZoom_um = 1e-6, kMaxZoom_um = 1e6;  // changes of the zoom are clamped to this range
+  // Throws UsageError for a zoom outside of this range.
+  static void requireZoom(double zoom_um);
 
   // Puts the device's centre at the world's origin, with parallel axes. Throws UsageError for an empty or infinite box,
-  // a fraction outside 0..1, a negative speed, or a zoom that is not > 0 and finite.
+  // a fraction outside 0..1, a negative speed, or a zoom outside of the range.
   explicit Workspace(const WorkspaceOptions& options);
 
   Eigen::Vector3d toWorld(const Eigen::Vector3d& p_D) const noexcept {

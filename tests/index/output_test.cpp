@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <ostream>
 #include <string>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <thread>
 #include <unistd.h>
@@ -25,6 +26,26 @@ using test::writeBytes;
 std::size_t entriesIn(const fs::path& folder) {
   return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
 }
+
+// While it lives, no file grows beyond this size.
+class FullDisk {
+ public:
+  explicit FullDisk(rlim_t bytes) : signal_(std::signal(SIGXFSZ, SIG_IGN)) {
+    ::getrlimit(RLIMIT_FSIZE, &before_);
+    const rlimit small{bytes, before_.rlim_max};
+    ::setrlimit(RLIMIT_FSIZE, &small);
+  }
+  ~FullDisk() {
+    ::setrlimit(RLIMIT_FSIZE, &before_);
+    std::signal(SIGXFSZ, signal_);
+  }
+  FullDisk(const FullDisk&) = delete;
+  FullDisk& operator=(const FullDisk&) = delete;
+
+ private:
+  rlimit before_{};
+  void (*signal_)(int);
+};
 
 TEST(Output, ReplacesAFileAtTheEndAndKeepsItsPermissions) {
   const TempFolder folder;
@@ -177,6 +198,27 @@ TEST(Output, WorkThatDidNotEndIsKeptBesideAnOlderFile) {
     EXPECT_EQ(readBytes(folder / expected), expected);
   }
   EXPECT_EQ(entriesIn(folder.path()), 3u);
+}
+
+TEST(Output, WhatAFullDiskCutIsMendedBesideAnOlderFile) {
+  const TempFolder folder;
+  const std::string path = folder / "a.csv";
+  writeBytes(path, "old");
+  const FullDisk full(100);
+  for (const char* expected : {"a.unfinished.csv", "a.unfinished-2.csv"}) {
+    Output out(path, {.mend = cutToWholeLines});
+    const auto write = [&out] {
+      for (int i = 0; i < 1000; ++i) out.stream() << "row " << i << '\n' << std::flush;
+    };
+    EXPECT_THROW(write(), IoError);
+    EXPECT_EQ(fs::path(out.finishAside()).filename(), expected);
+    const std::string kept = readBytes(folder / expected);
+    EXPECT_TRUE(kept.starts_with("row 0\nrow 1\n") && kept.ends_with('\n') && kept.size() > 90) << kept;
+  }
+  EXPECT_EQ(readBytes(path), "old");
+  Output out(path);
+  EXPECT_THROW(out.write(std::string(100'000, 'x')), IoError);
+  EXPECT_THROW(out.finishAside(), IoError) << "nothing mends it";
 }
 
 TEST(Output, RefusesFoldersAndFilesThatMayNotBeWritten) {

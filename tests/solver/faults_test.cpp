@@ -111,7 +111,7 @@ TEST_P(FaultsUnderfoot, TheDeviceIsSentSafeForces) {
   options.budget_bytes = Residency::floorBytes(*set) * 3 / 2;
   options.record = folder / "r.rec";
   // A run calls `ending` before it waits for its threads.
-  if (kind == "silent") options.ending = [&] { released = true; };
+  if (kind == "silent") options.ending = [&](const RunSummary&) { released = true; };
   const auto on_tick = [&](const TickRow& row) {
     if (row.tick == 300) {
       faults.arm();

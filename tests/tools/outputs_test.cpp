@@ -334,7 +334,9 @@ TEST_F(Outputs, AFileIsUntouchedWhenTheCommandFails) {
   EXPECT_EQ(readBytes(path("a.csv")), "old");
   std::set<std::string> files;
   for (const auto& entry : fs::directory_iterator(folder_.path())) files.insert(entry.path().filename().string());
-  EXPECT_EQ(files, (std::set<std::string>{"a.csv", "r.json", "cell.swc", "cell.fil"}));
+  EXPECT_EQ(files, (std::set<std::string>{"a.csv", "a.unfinished.csv", "r.json", "cell.swc", "cell.fil"}));
+  const std::string rows = readBytes(path("a.unfinished.csv"));
+  EXPECT_TRUE(rows.starts_with("tick,") && rows.ends_with('\n')) << rows;
 }
 
 TEST_F(Outputs, IngestIsNoReplacementForAFile) {
@@ -439,7 +441,8 @@ TEST_F(Outputs, AnInterruptedRunLeavesOlderFilesAndKeepsItsRecording) {
       0);
   std::set<std::string> files;
   for (const auto& entry : fs::directory_iterator(folder_.path())) files.insert(entry.path().filename().string());
-  EXPECT_EQ(files, (std::set<std::string>{"a.csv", "a.png", "a.rec", "a.unfinished.rec", "cell.swc", "cell.fil"}));
+  EXPECT_EQ(files, (std::set<std::string>{"a.csv", "a.png", "a.rec", "a.unfinished.csv", "a.unfinished.rec", "cell.swc",
+                                          "cell.fil"}));
   // If nothing exists at the path, the recording gets its own name.
   const Outcome fresh = runFiliformInShell(
       "\"$@\" & p=$!; sleep 1; kill -INT $p; wait $p",

@@ -131,6 +131,29 @@ TEST_F(Render, ARecordedTravelIsAFilmAtAFixedRate) {
   EXPECT_NE(alone.err.find("--path"), std::string::npos);
 }
 
+TEST_F(Render, AFilmShowsTheTravelThatWasRecordedWhateverIsTypedAgain) {
+  const std::string scene = folder_ / "y.swc", rec = folder_ / "t.rec";
+  ASSERT_EQ(runFiliform({"navigate", scene, "--zoom", "60", "--route", "1:5", "--method", "force", "--record", rec})
+                .exit_code,
+            0);
+  const auto film = [&](const std::string& name, std::vector<std::string> more) {
+    more.insert(more.begin(), {"render", scene, "-o", folder_ / (name + "-%02d.png"), "--path", rec, "--fps", "2",
+                               "--size", "64x48"});
+    return runFiliform(more);
+  };
+  const Outcome told = film("told", {"--zoom", "60", "--route", "1:5", "--method", "force"});
+  ASSERT_EQ(told.exit_code, 0) << told.err;
+  const Outcome alone = film("alone", {});
+  ASSERT_EQ(alone.exit_code, 0) << alone.err;
+  EXPECT_NE(alone.err.find("--route 1:5 --method force --zoom 60"), std::string::npos) << alone.err;
+  EXPECT_EQ(alone.err.find("forces differ"), std::string::npos) << alone.err;
+  for (const char* number : {"01", "02"})
+    EXPECT_EQ(test::readBytes(folder_ / ("alone-" + std::string(number) + ".png")),
+              test::readBytes(folder_ / ("told-" + std::string(number) + ".png")));
+  const Outcome other = film("other", {"--zoom", "90"});
+  EXPECT_NE(other.err.find("--zoom 90 (recorded: 60)"), std::string::npos) << other.err;
+}
+
 TEST_F(Render, TheBudgetIsKeptAndTheRestCounted) {
   const Outcome outcome =
       runFiliform({"render", folder_ / "y.swc", "-o", folder_ / "a.png", "--segments", "2", "--json"});

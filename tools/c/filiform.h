@@ -81,7 +81,7 @@ FILIFORM_API const char* filiform_error_text(void);
 /* The name of a status, such as "FILIFORM_USAGE"; "unknown status" for other values. Static storage. */
 FILIFORM_API const char* filiform_status_name(int status);
 
-/* The version of the library, such as "0.1.0". Static storage. */
+/* The version of the library, such as "0.2.0-dev". Static storage. */
 FILIFORM_API const char* filiform_version(void);
 
 /* Frees an array that a function returned. NULL is allowed. */
@@ -403,7 +403,7 @@ typedef struct filiform_run_options {
   uint32_t realtime;             /* not 0: in real time; otherwise as fast as possible, the same on every machine */
   const char* route;             /* "longest", "random:SEED", "FIRST:LAST" (sample ids), "tour:SEED"; NULL: longest */
   const char* method;            /* as filiform_travel_options.method */
-  const char* device;            /* "sim:loose", "sim:medium", "sim:firm", a real device; NULL: sim:medium */
+  const char* device;            /* "sim:loose", "sim:medium", "sim:firm", a device, replay:FILE; NULL: sim:medium */
   const char* record;            /* file for the recording; NULL: none */
   double seconds;                /* limit of simulated time; 0: 10 times the nominal time and 20 s, for a tour 60 s */
   double zoom_um;                /* 0: 300 */
@@ -438,7 +438,9 @@ typedef struct filiform_run_summary {
 
 /* A simulated hand travels a route, from its first to its last sample. `options` may be NULL. The caller sets
  * summary->struct_size. Without realtime the result depends on data and options alone, on every machine.
- * FILIFORM_USAGE: unknown cell, route, method or device, a budget below the smallest one. */
+ * A replay takes the options of its recording for the fields that are 0 or NULL.
+ * FILIFORM_USAGE: unknown cell, route, method or device, a zoom outside 1e-6 to 1e6 um, a route that a hand would
+ * complete at this zoom without moving, a budget below the smallest one. */
 FILIFORM_API int filiform_navigate(filiform_set* set, const filiform_run_options* options,
                                    filiform_run_summary* summary);
 

@@ -54,6 +54,7 @@ filiform_outcome outcomeFrom(RunOutcome outcome) {
     case RunOutcome::time_over:
       return FILIFORM_TIME_OVER;
     case RunOutcome::interrupted:
+    case RunOutcome::failed:  // not returned by run()
       return FILIFORM_STOPPED;
   }
   return FILIFORM_STOPPED;

@@ -3,6 +3,7 @@
 #include "index/streaming/residency.h"
 #include "index/text.h"
 #include "tools/c/open_set.h"
+#include "tools/words/token.h"
 
 #include <algorithm>
 #include <cmath>
@@ -26,7 +27,7 @@ void fillBox(const TileSet& set, const GridBox& box, double lo_um[3], double hi_
 
 RemoteOptions remoteOf(const filiform_open_options& options) {
   RemoteOptions remote;
-  if (options.token != nullptr) remote.token = options.token;
+  if (options.token != nullptr && *options.token != '\0') remote.token = tools::tokenIn(options.token, "token");
   if (options.cache_folder != nullptr) remote.cache_folder = options.cache_folder;
   if (options.cache_bytes != 0) remote.cache_bytes = options.cache_bytes;
   return remote;

@@ -1,6 +1,5 @@
 // filiform navigate: a simulated or recorded hand travels a route without a display.
 #include "device/factory/device_factory.h"
-#include "device/recording/replay.h"
 #include "index/errors.h"
 #include "index/file/faulty_source.h"
 #include "index/output.h"
@@ -9,10 +8,12 @@
 #include "index/text.h"
 #include "solver/force/force_hold.h"
 #include "solver/travel/run/run.h"
+#include "solver/workspace/workspace.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/shared/remote_arguments.h"
 #include "tools/commands/shared/scene.h"
 #include "tools/commands/shared/travel_report.h"
+#include "tools/program/cli.h"
 #include "tools/program/ending_watch.h"
 #include "tools/program/interruption.h"
 #include "tools/program/output_check.h"
@@ -40,7 +41,8 @@ struct NavigateArguments {
                            csv, fault_csv, plot, picture;
   std::string route = "longest";
   double zoom_um = 300, rate_Hz = 1000, latency_ms = 0;
-  std::string passivity = "auto", as_options;
+  std::string passivity = "auto";
+  std::vector<std::string> given;  // options of the command line, for a replay
   std::optional<double> seconds, speed_m_s, stiffness_N_m;
   std::uint64_t seed = 1;
   unsigned io_threads = 0;
@@ -119,7 +121,7 @@ RunOptions optionsOf(const NavigateArguments& a, const TileStore& store, bool in
   options.prefetch = prefetchPolicy(a.prefetch);
   options.realtime = a.realtime;
   options.record = a.record;
-  options.record_options = a.as_options;
+  options.given = a.given;
   options.fault_csv = faultCsvOf(a);
   options.stop = &interruptFlag();
   options.recording_kept = [](const std::string& path) {
@@ -127,45 +129,6 @@ RunOptions optionsOf(const NavigateArguments& a, const TileStore& store, bool in
   };
   if (!a.cell.empty()) options.cell = findCellNamed(store, a.cell);
   return options;
-}
-
-// The options that decide the travel, beside scene and device. A recording stores them, so that a replay needs only the
-// file.
-constexpr const char* kRepeated[] = {"--cell",      "--route", "--seconds", "--method", "--stiffness",
-                                     "--passivity", "--zoom",  "--speed",   "--rate",   "--seed"};
-
-std::string toldOptions(const CLI::App& command) {
-  nlohmann::json told = nlohmann::json::object();
-  for (const char* const name : kRepeated) {
-    const CLI::Option* const option = command.get_option(name);
-    const std::string value = option->count() > 0 ? option->results().front() : option->get_default_str();
-    if (!value.empty()) told[name] = value;
-  }
-  return told.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
-}
-
-// Takes the options of the recorded run that are not given now.
-void tellAgain(CLI::App& command, const std::string& device) {
-  constexpr std::string_view kReplay = "replay:";
-  if (device.rfind(kReplay, 0) != 0) return;
-  const std::string file = device.substr(kReplay.size());
-  const auto told = nlohmann::json::parse(readRecordingWords(file).options, nullptr, false);
-  std::string taken;
-  for (const char* const name : kRepeated) {
-    CLI::Option* const option = command.get_option(name);
-    if (option->count() > 0 || !told.is_object() || !told.contains(name) || !told.at(name).is_string()) continue;
-    const std::string value = told.at(name);
-    if (value == option->get_default_str()) continue;
-    try {
-      option->add_result(value);
-      option->run_callback();
-    } catch (const CLI::Error&) {
-      throw UsageError(inShort(file) + ": recorded with " + name + " " + inShort(value) +
-                       ", which this program does not accept");
-    }
-    (((taken += ' ') += name) += ' ') += inShort(value);
-  }
-  if (!taken.empty()) std::cerr << "filiform: note: options taken from the recording:" << taken << '\n';
 }
 
 nlohmann::ordered_json timesJson(const TimeHistogram& times) {
@@ -178,12 +141,21 @@ nlohmann::ordered_json timesJson(const TimeHistogram& times) {
           {"max_us", us(static_cast<double>(times.max_ns()))}};
 }
 
+// Why the run failed, or met tiles that could not be read; empty if all is well.
+std::string causeOf(const RunSummary& s) {
+  if (!s.error.empty() || s.failures.empty()) return s.error;
+  if (s.failures.size() == 1) return s.failures.front();
+  return s.failures.front() + " (and " + std::to_string(s.failures.size() - 1) + " more reads failed)";
+}
+
 // Requests an hour, at the pace of the run.
 double hourly(const RemoteCounters& network, const RunSummary& s) {
   return s.sim_s > 0 ? static_cast<double>(network.requests) / s.sim_s * 3600 : 0;
 }
 
-nlohmann::ordered_json summaryJson(const RunSummary& s, const std::optional<RemoteCounters>& network) {
+// `error`: beside the run's own, of what follows the run.
+nlohmann::ordered_json summaryJson(const RunSummary& s, const std::optional<RemoteCounters>& network,
+                                   const std::string& error) {
   nlohmann::ordered_json json{{"outcome", toString(s.outcome)},
                               {"route_um", s.route_um},
                               {"reached_um", s.reached_um},
@@ -247,6 +219,9 @@ nlohmann::ordered_json summaryJson(const RunSummary& s, const std::optional<Remo
                     {"stale_ticks", s.loop->stale_ticks},
                     {"interruptions", s.loop->interruptions},
                     {"guard_exchanges", s.loop->guard_exchanges}};
+  const std::string why = !error.empty() ? error : causeOf(s);
+  json["error"] = why.empty() ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(why);
+  json["failures"] = s.failures;
   return json;
 }
 
@@ -265,16 +240,17 @@ const char* explanationOf(RunOutcome outcome) {
       return ": the time limit came before the end of the route; --seconds allows more";
     case RunOutcome::interrupted:
       return ": a signal came before the end of the route";
+    case RunOutcome::failed:
+      return ": ended by an error";
   }
   return "";
 }
 
-void describeForPeople(std::ostream& out, const RunSummary& s, const std::optional<RemoteCounters>& network,
-                       const NavigateArguments& a) {
+void describeForPeople(std::ostream& out, const RunSummary& s, const std::optional<RemoteCounters>& network) {
   const auto line = [&out](const std::string& what, const std::string& value) {
     out << "  " << what << std::string(what.size() < 22 ? 22 - what.size() : 1, ' ') << value << '\n';
   };
-  out << "cell " << escaped(s.cell) << ", route " << escaped(a.route) << ", method " << a.method << ": "
+  out << "cell " << escaped(s.cell) << ", route " << escaped(s.route) << ", method " << toString(s.method) << ": "
       << toString(s.outcome) << explanationOf(s.outcome) << '\n';
   if (s.jumps > 0 || s.legs_completed > 1)
     line("tour", counted(s.legs, "route") + " begun, " + formatCount(s.legs_completed) + " completed; " +
@@ -343,6 +319,17 @@ void checkPaths(const NavigateArguments& a) {
   checkOutputs(inputs, outputs);
 }
 
+// Keeps the rows of a run that did not end well: in their file, or beside an older one.
+void keepRows(std::optional<Output>& csv, const RunSummary& so_far) {
+  if (!csv || so_far.ticks == 0) return;
+  try {
+    const std::string kept = csv->finishAside();
+    if (csv->isFile()) std::cerr << "filiform: note: the rows so far are in " + escaped(kept) + "\n";
+  } catch (const Error&) {
+    // The run's error is reported.
+  }
+}
+
 int runNavigate(const NavigateArguments& a) {
   checkPaths(a);
   bool in_memory = false;
@@ -351,7 +338,7 @@ int runNavigate(const NavigateArguments& a) {
 
   std::optional<Output> csv;
   if (!a.csv.empty()) {
-    csv.emplace(a.csv, OutputOptions{.cancel = &interruptFlag()});
+    csv.emplace(a.csv, OutputOptions{.cancel = &interruptFlag(), .mend = cutToWholeLines});
     writeCsvHeader(csv->stream());
   }
   const bool takes_stdout =
@@ -360,44 +347,68 @@ int runNavigate(const NavigateArguments& a) {
   if (!a.plot.empty() || !a.picture.empty()) travel = std::make_unique<TravelReport>();
   CellNames cell_names(*store);
   Progress progress({.title = "navigate", .noun = "ticks"});
+  const auto* const set = dynamic_cast<const TileSet*>(store.get());
+  const auto report = [&](const RunSummary& summary, const std::string& error) {
+    const std::optional<RemoteCounters> network = set != nullptr ? set->remoteCounters() : std::nullopt;
+    if (a.json)
+      std::cout << summaryJson(summary, network, error).dump(1, ' ', true, nlohmann::json::error_handler_t::replace)
+                << '\n';
+    else if (summary.outcome != RunOutcome::failed)
+      describeForPeople(takes_stdout ? std::cerr : std::cout, summary, network);
+  };
 
   if (options.realtime) holdForcesOnSignals();
-  RunSummary summary;
-  {
-    EndingWatch watch = watchForSilentFiles();  // for the run alone: drawing and writing may take longer
-    options.ending = [&watch] { watch.begin(); };
-    summary = run(*store, options, [&](const TickRow& row) {
+  RunSummary summary, made;
+  try {
+    // For the run alone: drawing and writing may take longer.
+    EndingWatch watch = watchForSilentFiles([&] {
+      keepRows(csv, summary);
+      report(summary, "");
+      return causeOf(summary);
+    });
+    options.ending = [&](const RunSummary& so_far) {
+      summary = so_far;
+      watch.begin();
+    };
+    made = run(*store, options, [&](const TickRow& row) {
       if (csv) writeCsvRow(csv->stream(), row, cell_names.of(row.segment.cell));
       if (travel) travel->add(row);
       progress.update(row.tick);
     });
+  } catch (...) {
+    progress.finish();
+    keepRows(csv, summary);
+    if (summary.outcome == RunOutcome::failed) report(summary, "");
+    throw;
   }
   progress.finish();
+  summary = std::move(made);  // now that the watch has ended
   const bool interrupted = summary.outcome == RunOutcome::interrupted;
-  // Rows are already gone through a pipe or a device. A file stays unchanged.
-  if (csv && (!interrupted || !csv->isFile())) csv->finish();
-  const std::string title = summary.cell + ", " + a.route + ", " + a.method;
-  if (!a.plot.empty() && !interrupted) travel->writeForcePlot(a.plot, escaped(title), summary);
-  std::string not_drawn;  // the travel and the other files stay where there is no OpenGL
-  try {
-    if (!a.picture.empty() && !interrupted) travel->writePicture(a.picture, escaped(title), summary, *store);
-  } catch (const GraphicsError& error) {
-    not_drawn = error.what();
-  }
+  std::vector<std::string> errors;  // of the files beside the recording: each is written even if another one fails
+  const auto written = [&errors](const std::string& option, const auto& write) {
+    try {
+      write();
+    } catch (const IoError& error) {
+      errors.emplace_back(error.what());
+    } catch (const GraphicsError& error) {  // there is no OpenGL
+      errors.push_back(option + ": " + error.what());
+    }
+  };
+  if (csv && !interrupted) written("--csv", [&] { csv->finish(); });
+  if (csv && (interrupted || !errors.empty())) keepRows(csv, summary);
+  const std::string title = escaped(summary.cell + ", " + summary.route + ", " + toString(summary.method));
+  if (!a.plot.empty() && !interrupted) written("--plot", [&] { travel->writeForcePlot(a.plot, title, summary); });
+  if (!a.picture.empty() && !interrupted)
+    written("--picture " + escaped(a.picture), [&] { travel->writePicture(a.picture, title, summary, *store); });
 
-  const auto* const set = dynamic_cast<const TileSet*>(store.get());
-  const std::optional<RemoteCounters> network = set != nullptr ? set->remoteCounters() : std::nullopt;
-  if (a.json)
-    std::cout << summaryJson(summary, network).dump(1, ' ', true, nlohmann::json::error_handler_t::replace) << '\n';
-  else
-    describeForPeople(takes_stdout ? std::cerr : std::cout, summary, network, a);
+  report(summary, errors.empty() ? "" : errors.front());
   for (const std::string& note : summary.notes) std::cerr << "filiform: note: " << note << '\n';
-  if (interrupted && ((csv && csv->isFile()) || travel))
-    std::cerr << "filiform: note: interrupted: the files of --csv, --plot and --picture were not written\n";
-  for (const std::string& failure : summary.failures) std::cerr << "filiform: " << failure << '\n';
-  if (!not_drawn.empty()) std::cerr << "filiform: --picture " << inShort(a.picture) << ": " << not_drawn << '\n';
+  if (interrupted && travel)
+    std::cerr << "filiform: note: interrupted: the files of --plot and --picture were not written\n";
+  if (const std::string cause = causeOf(summary); !cause.empty()) std::cerr << "filiform: " << cause << '\n';
+  for (const std::string& error : errors) std::cerr << "filiform: " << error << '\n';
   if (interrupted) return interruptedExitCode();
-  if (!not_drawn.empty()) return 3;
+  if (!errors.empty()) return 3;
   return summary.failures.empty() ? 0 : 1;
 }
 
@@ -436,7 +447,8 @@ void addNavigate(CLI::App& app, Chosen& chosen) {
       ->capture_default_str();
   command->add_option("--zoom", a->zoom_um, "show this much tissue, um, across 0.12 m of device")
       ->capture_default_str()
-      ->type_name("UM");
+      ->type_name("UM")
+      ->check(CLI::Range(Workspace::kMinZoom_um, Workspace::kMaxZoom_um));
   command->add_option("--speed", a->speed_m_s, "speed of the hand's aim, m/s in device space")->type_name("M_PER_S");
   command->add_option("--rate", a->rate_Hz, "ticks a second")->capture_default_str()->type_name("HZ");
   command->add_option("--seed", a->seed, "seed of the hand's tremor")->capture_default_str();
@@ -476,8 +488,7 @@ void addNavigate(CLI::App& app, Chosen& chosen) {
   addProgressOption(*command);
   command->callback([a, command, &chosen] {
     chosen = [a, command] {
-      tellAgain(*command, a->device);
-      a->as_options = toldOptions(*command);
+      a->given = givenOptions(*command);
       return runNavigate(*a);
     };
   });

@@ -42,13 +42,7 @@ std::vector<double> numbers(const std::string& option, const std::vector<std::st
 std::vector<Vector3d> pointsOf(const NearestArguments& a) {
   if (int{!a.points.empty()} + int{!a.coordinates.empty()} + int{!a.box.empty()} + int{!a.ray.empty()} != 1)
     throw UsageError("nearest: give one of: a point X Y Z, --points FILE (- for stdin), --box, --ray");
-  if (!a.coordinates.empty()) {
-    const char* const names[]{"X", "Y", "Z"};
-    Vector3d p_W;
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      p_W[static_cast<Eigen::Index>(axis)] = parseNumber(names[axis], a.coordinates[axis]);
-    return {p_W};
-  }
+  if (!a.coordinates.empty()) return {pointOfWords(a.coordinates)};
   return a.points.empty() ? std::vector<Vector3d>() : readPoints(a.points);  // none: a box or a ray
 }
 

@@ -9,7 +9,9 @@
 #include "index/text.h"
 #include "solver/graph/graph_view.h"
 #include "solver/travel/places/cell_place_text.h"
+#include "solver/travel/run/recorded_options.h"
 #include "solver/travel/run/run.h"
+#include "solver/travel/session/session.h"
 #include "solver/workspace/navigation_link.h"
 #include "solver/workspace/workspace.h"
 #include "tools/commands/commands.h"
@@ -19,6 +21,7 @@
 #include "tools/pictures/film.h"
 #include "tools/pictures/legend.h"
 #include "tools/pictures/png.h"
+#include "tools/program/cli.h"
 #include "tools/program/interruption.h"
 #include "tools/program/output_check.h"
 #include "tools/program/progress.h"
@@ -32,6 +35,7 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <functional>
 #include <iostream>
 #include <iterator>
 #include <memory>
@@ -52,7 +56,7 @@ struct RenderArguments {
   std::uint64_t segments = 2'000'000;
   double pictures_s = 30;
   int samples = 2;
-  std::vector<std::string> where;
+  std::vector<std::string> where, given;  // given: the options of the command line, for --path
   bool orthographic = false, all = false, json = false, no_legend = false;
 };
 
@@ -221,31 +225,53 @@ SceneFigures drawPicture(const TileStore& store, const RenderArguments& a,
   return figures;
 }
 
+using ShowTick = std::function<void(const NavigationSnapshot&)>;
+
+// Replays a recording of `navigate`. The note tells which options were taken from it.
+void replayRunTo(const ShowTick& show, const TileStore& store, const RenderArguments& a) {
+  RunOptions options;
+  options.device = "replay:" + a.path;
+  options.route = a.route;
+  options.method = solverMethod(a.method);
+  options.zoom_um = a.zoom_um;
+  options.given = a.given;
+  options.in_memory = isFileScene(a.scene);
+  if (!a.cell.empty()) options.cell = findCellNamed(store, a.cell);
+  options.on_snapshot = show;
+  const RunSummary summary = run(store, options);
+  for (const std::string& note : summary.notes) std::cerr << "filiform: note: " << note << '\n';
+}
+
+// Replays a recording of `view` or `serve`, whose view and jumps lie beside it.
+void replaySessionTo(const ShowTick& show, const TileStore& store, const RenderArguments& a) {
+  for (const char* const option : {"--cell", "--route", "--method", "--zoom"})
+    if (std::find(a.given.begin(), a.given.end(), option) != a.given.end())
+      throw UsageError(std::string(option) + ": leave it out; " + escaped(a.path) +
+                       " was recorded by view or serve, and shows the travel as it was");
+  Session session(store, {.device = "replay:" + a.path, .in_memory = isFileScene(a.scene)});
+  for (;;) {
+    session.advance(1);
+    if (session.replayEnded()) break;
+    if (const NavigationSnapshot& now = session.update(); now.tick > 0) show(now);
+  }
+  if (const std::string fault = session.fault(); !fault.empty()) throw InputError(escaped(a.path) + ": " + fault);
+}
+
 // Draws a film of a recorded run, as the user saw it.
 SceneFigures drawFilm(const TileStore& store, const RenderArguments& a,
                       const std::shared_ptr<const CellColours>& colours, SceneView& scene, Renderer& renderer,
                       std::string& out, std::uint64_t& pictures) {
   SceneFrame frame = frameOf(store, a, colours);
   const double aspect = eyeSize(frame.stereo, frame.size).aspect();
-  std::string device = "replay:";
-  device += a.path;
-  RunOptions options;
-  options.device = device;
-  options.route = a.route;
-  options.method = solverMethod(a.method);
-  options.zoom_um = a.zoom_um;
-  options.in_memory = isFileScene(a.scene);
-  if (!a.cell.empty()) options.cell = findCellNamed(store, a.cell);
-
   Film film(a.out, frame.size.width, frame.size.height, a.pictures_s);
   if (!film.note().empty()) std::cerr << "filiform: note: " << film.note() << '\n';
   Forks forks(store);
-  Workspace workspace({.zoom_um = a.zoom_um});
+  Workspace workspace(WorkspaceOptions{});
   SceneFigures figures;
   Vector3d last_W = Vector3d::Zero();
   double first_s = 0;
   Progress progress({.title = "render", .noun = "pictures"});
-  options.on_snapshot = [&](const NavigationSnapshot& seen) {
+  const auto show = [&](const NavigationSnapshot& seen) {
     throwIfInterrupted();
     if (seen.tick == 1) first_s = seen.time_s;
     const double time_s = seen.time_s - first_s;
@@ -266,8 +292,11 @@ SceneFigures drawFilm(const TileStore& store, const RenderArguments& a,
     while (static_cast<double>(film.pictures()) / a.pictures_s <= time_s) film.add(picture);
     progress.update(film.pictures());
   };
-  const RunSummary summary = run(store, options);
-  for (const std::string& note : summary.notes) std::cerr << "filiform: note: " << note << '\n';
+  if (isSessionRecording(a.path))
+    replaySessionTo(show, store, a);
+  else
+    replayRunTo(show, store, a);
+  if (film.pictures() == 0) throw InputError(escaped(a.path) + ": holds no tick, so there is no picture to draw");
   film.finish();
   progress.finish();
   out = film.out();
@@ -442,17 +471,19 @@ void addRender(CLI::App& app, Chosen& chosen) {
       command
           ->add_option(
               "--path", a->path,
-              "draw a film of this recording of `navigate --record`, to FILE.mp4 (needs ffmpeg) or FILE-%05d.png; "
-              "give --zoom, --route, --cell and --method as in the recorded run")
+              "draw a film of this recording of navigate, view or serve, to FILE.mp4 (needs ffmpeg) or FILE-%05d.png")
           ->type_name("FILE.rec");
   command->add_option("--fps", a->pictures_s, "pictures a second in a film")
       ->capture_default_str()
       ->needs(path)
       ->check(CLI::Range(0.1, 1000.0));
-  command->add_option("--route", a->route, "route of the recording")->needs(path)->capture_default_str();
-  command->add_option("--cell", a->cell, "cell of the recording; default: the cell with the most segments")
-      ->needs(path);
-  command->add_option("--method", a->method, "method of the recording")->needs(path)->capture_default_str();
+  command->add_option("--route", a->route, "another route than that of the recording")
+      ->needs(path)
+      ->capture_default_str();
+  command->add_option("--cell", a->cell, "another cell than that of the recording")->needs(path);
+  command->add_option("--method", a->method, "another method than that of the recording")
+      ->needs(path)
+      ->capture_default_str();
   command->add_option("--segments", a->segments, "draw at most N segments")->capture_default_str();
   command->add_option("--error", a->error_px, "allow levels of detail to be wrong by N pixels")
       ->capture_default_str()
@@ -465,7 +496,10 @@ void addRender(CLI::App& app, Chosen& chosen) {
   command->add_flag("--json", a->json, "write what was drawn as one JSON object");
   a->remote = addRemoteArguments(*command);
   addProgressOption(*command);
-  command->callback([a, &chosen] { chosen = [a] { return runRender(*a); }; });
+  command->callback([a, command, &chosen] {
+    a->given = givenOptions(*command);
+    chosen = [a] { return runRender(*a); };
+  });
 }
 
 }  // namespace filiform::tools

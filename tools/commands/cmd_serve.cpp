@@ -2,6 +2,7 @@
 #include "index/errors.h"
 #include "index/text.h"
 #include "tools/commands/commands.h"
+#include "tools/commands/shared/remote_arguments.h"
 #include "tools/commands/shared/web_page.h"
 #include "tools/program/ending_watch.h"
 #include "tools/program/interruption.h"
@@ -37,7 +38,8 @@ namespace {
 struct ServeArguments {
   std::vector<std::string> sets, origins, hosts;
   std::string listen = "127.0.0.1:7878", token_file, budget = "1GiB", log = "text", source_url, neuroglancer,
-              session_budget = "256MiB", session_folder, cache, cache_size;
+              session_budget = "256MiB", session_folder;
+  std::shared_ptr<const RemoteArguments> remote;
   std::string token;                                // none: that of the file
   std::function<void(const std::string&)> listens;  // gets the address; none: it is printed, and requests are logged
   bool no_pictures = false;
@@ -87,11 +89,7 @@ int runServe(const ServeArguments& a) {
   AccessRules rules{a.token_file.empty() ? a.token : readToken(a.token_file), a.origins, a.hosts};
   if (!a.neuroglancer.empty()) rules.origins.push_back(webOrigin(a.neuroglancer));
   Access access(std::move(rules));
-  RemoteOptions remote;
-  remote.cache_folder = a.cache;
-  if (!a.cache_size.empty()) remote.cache_bytes = parseBytes("--cache-size", a.cache_size);
-  remote.cancel = &interruptFlag();
-  SetShelf shelf(a.sets, parseBytes("--budget", a.budget), remote);
+  SetShelf shelf(a.sets, parseBytes("--budget", a.budget), a.remote->options());
   Metrics metrics;
   ServeLog log(a.log == "json", !a.listens);
   std::optional<PictureMaker> pictures;
@@ -128,6 +126,7 @@ int runServe(const ServeArguments& a) {
   else
     std::cout << server.address() << std::endl;
   server.run();
+  house.closeAll();  // writes recordings
   for (const std::string& problem : house.takeProblems()) log.problem(problem);
   watch.begin();
   return 0;
@@ -173,7 +172,7 @@ bool openInBrowser(const std::string& path) {
 
 }  // namespace
 
-int travelInBrowser(const std::string& set) {
+int travelInBrowser(const std::string& set, const std::shared_ptr<const RemoteArguments>& remote) {
   if (findWebFolder().empty())
     throw UsageError(
         "--web: the page is not built; run `tools/setup --web && cmake --workflow --preset web`, or leave out --web "
@@ -181,12 +180,13 @@ int travelInBrowser(const std::string& set) {
         "the window");
   ServeArguments a;
   a.sets = {set};
+  a.remote = remote;
   a.listen = "127.0.0.1:0";
   a.no_pictures = true;
   a.token = randomText();  // other users of this machine reach its loopback too
   std::optional<Doorway> doorway;
   a.listens = [&](const std::string& address) {
-    const SetShelf shelf({set}, 1 << 20);
+    const SetShelf shelf({set}, 1 << 20, remote->options());
     const std::string page = address + "/travel/" + urlPart(shelf.all().front()->name()) + "?token=" + a.token;
     doorway.emplace(page);
     std::cout << page << std::endl;
@@ -239,10 +239,6 @@ void addServe(CLI::App& app, Chosen& chosen) {
       ->type_name("N")
       ->capture_default_str()
       ->check(CLI::Range(1, 10000));
-  command->add_option("--cache", a->cache, "keep what is read from sets at an address in this folder")
-      ->type_name("DIR");
-  command->add_option("--cache-size", a->cache_size, "remove what was not used for longest beyond this; default: 4GiB")
-      ->type_name("BYTES");
   command
       ->add_option("--session-budget", a->session_budget,
                    "keep at most this memory of tiles, for all sessions together")
@@ -255,6 +251,7 @@ void addServe(CLI::App& app, Chosen& chosen) {
   command->add_option("--log", a->log, "write a line for each request to stderr: text or json")
       ->capture_default_str()
       ->check(CLI::IsMember({"text", "json"}));
+  a->remote = addRemoteArguments(*command, "--source-token-file");
   command->callback([a, &chosen] { chosen = [a] { return runServe(*a); }; });
 }
 

@@ -12,6 +12,7 @@
 #include "tools/commands/shared/scene.h"
 #include "tools/commands/shared/web_page.h"
 #include "tools/pictures/png.h"
+#include "tools/program/cli.h"
 #include "tools/program/ending_watch.h"
 #include "tools/program/interruption.h"
 #include "tools/program/output_check.h"
@@ -20,6 +21,7 @@
 #include "viewer/window/settings/bindings.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cstdlib>
 #include <filesystem>
 #include <iostream>
@@ -32,8 +34,8 @@ namespace {
 
 struct ViewArguments {
   std::shared_ptr<const RemoteArguments> remote;
-  std::vector<std::string> scene;
-  std::string device = "mouse", method = "climb", budget, record, state, pictures = ".", size, follow, beside_web;
+  std::vector<std::string> scene, given;  // given: the options of the command line
+  std::string device = "mouse", method = "climb", budget, record, state, pictures = ".", size, follow;
   double zoom_um = 300;
   std::optional<double> seconds, stiffness_N_m;
   std::uint64_t segments = 0;
@@ -90,9 +92,10 @@ int runView(const ViewArguments& a) {
   }
   if (a.web) {
     if (a.scene.size() != 1 || isFileScene(a.scene.front())) throw UsageError("--web: give one tile set");
-    if (!a.beside_web.empty())
-      throw UsageError("--web: travel in a browser has settings of its own; leave out " + a.beside_web);
-    return travelInBrowser(a.scene.front());
+    for (const std::string& option : a.given)
+      if (option != "SCENE" && option != "--web" && !isRemoteOption(option))
+        throw UsageError(option + ": leave it out, or leave out --web; the page has controls of its own");
+    return travelInBrowser(a.scene.front(), a.remote);
   }
   std::vector<NamedPath> outputs{{"--record", a.record}, {"--state", a.state}};
   if (isFileOutput(a.record)) outputs.push_back({"--record", a.record + ".json"});
@@ -117,13 +120,26 @@ int runView(const ViewArguments& a) {
     throwIfInterrupted();
     if (follow) follow->throwIfRefused();
   };
+  if (a.device.starts_with("replay:"))
+    for (const char* const option : {"--method", "--zoom", "--stiffness"})
+      if (std::find(a.given.begin(), a.given.end(), option) != a.given.end())
+        throw UsageError(std::string(option) + ": leave it out; a replay shows the travel as it was recorded");
   if (follow)
     options.observe = [&follow](const OpenedScene& scene, const NavigationSnapshot& now) {
       return follow->observe(scene, now);
     };
   options.plugged_in = [](const std::string& device) { return isPluggedIn(systemUsb(), device); };
-  EndingWatch watch = watchForSilentFiles();
-  options.ending = [&watch] { watch.begin(); };
+  // The end may take long while a recording is written; then only silent files can delay it.
+  constexpr double kDevicePatience_s = 30;
+  EndingWatch whole = watchForSilentFiles({}, kDevicePatience_s), files = watchForSilentFiles();
+  std::atomic<bool> ends{false};
+  options.ending = [&] {
+    ends = true;
+    whole.begin();
+  };
+  options.session.ending = [&] {
+    if (ends) files.begin();
+  };
   options.session.device = a.device;
   options.session.method = solverMethod(a.method);
   options.session.zoom_um = a.zoom_um;
@@ -188,14 +204,12 @@ void addView(CLI::App& app, Chosen& chosen) {
           "address")
       ->type_name("WS_URL");
   command->add_flag("--reset", a->reset, "reset the settings to defaults");
-  const CLI::Option* const web = command->add_flag(
-      "--web", a->web, "travel in a browser instead of a window; takes no other option of the window");
+  command->add_flag("--web", a->web,
+                    "travel in a browser instead of a window; only the options for a SET at an address go with it");
   command->add_flag("--keys", a->keys, "print keys and mouse actions as Markdown, and end");
   a->remote = addRemoteArguments(*command);
-  command->callback([a, web, command, &chosen] {
-    for (const CLI::Option* option : command->get_options())
-      if (option->nonpositional() && option->count() > 0 && option != web && option->get_group() == web->get_group())
-        a->beside_web += (a->beside_web.empty() ? "" : " and ") + option->get_name();
+  command->callback([a, command, &chosen] {
+    a->given = givenOptions(*command);
     chosen = [a] { return runView(*a); };
   });
 }

@@ -21,6 +21,7 @@ install(DIRECTORY "${PROJECT_SOURCE_DIR}/tools/examples/" DESTINATION "${CMAKE_I
 
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME filiform)
+string(REPLACE "-" "~" CPACK_PACKAGE_VERSION "${FILIFORM_VERSION}")  # "~" sorts before the release
 set(CPACK_PACKAGE_CONTACT "filiform developers <filiform@filiform.invalid>")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
@@ -64,7 +65,7 @@ set(software_renderer "libegl1, libgl1-mesa-dri")  # opened at run time, for pic
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS "${software_renderer}")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS "filiform, ${software_renderer}")  # filiform: reads HDF5 files
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "filiform-lab, filiform-web, ffmpeg")
-set(CPACK_DEBIAN_LAB_PACKAGE_DEPENDS "filiform (= ${PROJECT_VERSION})")
+set(CPACK_DEBIAN_LAB_PACKAGE_DEPENDS "filiform (= ${CPACK_PACKAGE_VERSION})")
 set(CPACK_DEBIAN_WEB_PACKAGE_ARCHITECTURE all)
 set(CPACK_DEBIAN_WEB_PACKAGE_SHLIBDEPS OFF)
 set(CPACK_DEBIAN_WEB_PACKAGE_ENHANCES filiform)
@@ -72,7 +73,7 @@ set(CPACK_DEBIAN_LIBRARY_PACKAGE_SECTION libs)
 set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_CONTROL_EXTRA "${data}/triggers")
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
-set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "libfiliform0 (= ${PROJECT_VERSION})")
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "libfiliform0 (= ${CPACK_PACKAGE_VERSION})")
 # For the C++ libraries, which are static; a C program needs none of them.
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SUGGESTS "libeigen3-dev, libzip-dev, libarchive-dev, zlib1g-dev, libxxhash-dev, libhwy-dev, liblz4-dev, \
 libcurl4-openssl-dev, libssl-dev, libusb-1.0-0-dev, libepoxy-dev, libegl-dev, libglfw3-dev, libimgui-dev")

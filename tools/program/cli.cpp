@@ -217,6 +217,13 @@ class StrictStandardOutput {
 
 }  // namespace
 
+std::vector<std::string> givenOptions(const CLI::App& command) {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : command.get_options())
+    if (option->count() > 0) names.push_back(option->get_name());
+  return names;
+}
+
 void endPlainlyWithoutMemory() {
   const std::terminate_handler before = std::set_terminate(endWithoutMemory);
   if (before != endWithoutMemory) terminate_before = before;

@@ -27,6 +27,9 @@ struct Program {
 };
 int runProgram(const Program& program, int argc, char** argv);
 
+// The options of a command that were given, in the command line, a variable or a file, such as "--zoom".
+std::vector<std::string> givenOptions(const CLI::App& command);
+
 // From now on, if memory runs out where a library must not throw, the program sets all forces to zero, prints one line
 // on stderr and exits with code 3.
 void endPlainlyWithoutMemory();

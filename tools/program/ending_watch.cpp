@@ -1,12 +1,15 @@
 #include "tools/program/ending_watch.h"
 
+#include "index/text.h"
 #include "solver/force/force_hold.h"
 
 #include <chrono>
 #include <condition_variable>
 #include <cstdlib>
+#include <exception>
 #include <iostream>
 #include <mutex>
+#include <string>
 #include <system_error>
 #include <thread>
 #include <utility>
@@ -50,11 +53,18 @@ void EndingWatch::begin() noexcept {
   }
 }
 
-EndingWatch watchForSilentFiles() {
-  return EndingWatch(3, [] {
+EndingWatch watchForSilentFiles(std::function<std::string()> close, double patience_s) {
+  return EndingWatch(patience_s, [close = std::move(close)] {
     holdForces();
-    std::cerr << "filiform: the scene's files or the device do not respond: ended without waiting any longer\n"
-              << std::flush;
+    std::string why;
+    try {
+      if (close) why = close();
+      std::cout.flush();
+    } catch (const std::exception& error) {
+      why = error.what();
+    }
+    if (why.empty()) why = "the scene's files or the device do not respond: ended without waiting any longer";
+    std::cerr << "filiform: " + escaped(why) + "\n" << std::flush;
     std::_Exit(3);
   });
 }

@@ -9,6 +9,7 @@
 
 #include <functional>
 #include <memory>
+#include <string>
 
 namespace filiform::tools {
 
@@ -27,7 +28,8 @@ class EndingWatch {
   std::unique_ptr<Impl> impl_;
 };
 
-// Allows three seconds. Then: one line on stderr, zero force, exit code 3.
-EndingWatch watchForSilentFiles();
+// Allows `patience_s`. Then: zero force; `close`, which finishes what the command has to write and returns why it ends,
+// empty if only the files or the device hang; one line on stderr; exit code 3. Begin it when no other thread writes.
+EndingWatch watchForSilentFiles(std::function<std::string()> close = {}, double patience_s = 3);
 
 }  // namespace filiform::tools

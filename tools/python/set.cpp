@@ -1,4 +1,5 @@
 // SetHandle in Python: opening and closing, totals, names of cells.
+#include "index/remote/http_source.h"
 #include "index/set/glob.h"
 #include "tools/python/internal/arguments.h"
 #include "tools/python/internal/bindings.h"
@@ -9,6 +10,7 @@
 #include "tools/words/near_names.h"
 #include "tools/words/numbers.h"
 #include "tools/words/set_json.h"
+#include "tools/words/token.h"
 
 #include <algorithm>
 #include <pybind11/stl.h>
@@ -68,11 +70,12 @@ void addSet(py::module_& module) {
   py::class_<OpenSet, std::shared_ptr<OpenSet>>(module, "OpenSet");
   module.def("parse_bytes",
              [](const std::string& name, const std::string& text) { return tools::parseBytes(name, text); });
+  module.def("is_address", [](const std::string& name) { return isAddress(name); });
   py::class_<SetHandle>(module, "SetHandle")
       .def(py::init([](const std::string& name, const std::string& revision, const std::string& token,
                        const std::string& cache, std::uint64_t budget_bytes) {
         RemoteOptions remote;
-        remote.token = token;
+        if (!token.empty()) remote.token = tools::tokenIn(token, "token");
         remote.cache_folder = cache;
         const py::gil_scoped_release released;
         return std::make_unique<SetHandle>(name, revision, remote, budget_bytes);

@@ -85,6 +85,7 @@ class Application::Impl {
   void finish() {
     window_.hide();
     options_.ending();
+    if (!scene_ && options_.session.ending) options_.session.ending();
     end();
   }
 

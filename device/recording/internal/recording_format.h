@@ -24,12 +24,6 @@ struct RecordingHeader {
   std::string options;  // stored verbatim, not interpreted
 };
 
-struct RecordedExchange {
-  RecordedForces wrench;
-  DeviceState state;
-  RunMarks marks;
-};
-
 void appendHeader(std::string& out, const RecordingHeader& header);
 // `oriented`: with the orientation (DeviceCapabilities::senses_orientation).
 void appendExchange(std::string& out, std::uint64_t index, const RecordedExchange& exchange, bool oriented);

@@ -265,7 +265,8 @@ HttpLanding HttpFlight::judgeStatus() const {
   landing.remedy = "check the address and the server";
   if (status_ == 401) {
     landing.what = has_token_ ? "the server does not accept the token (401)" : "the server asks for a token (401)";
-    landing.remedy = has_token_ ? "check --token-file or FILIFORM_TOKEN" : "give --token-file FILE or FILIFORM_TOKEN";
+    landing.remedy =
+        has_token_ ? "check the token" : "give --token-file FILE (serve: --source-token-file) or FILIFORM_TOKEN";
   } else if (status_ == 403) {
     landing.kind = HttpLanding::Kind::denied;
     landing.what = "the server refuses access (403)";

@@ -5,9 +5,13 @@
 #include "solver/travel/run/internal/realtime_run.h"
 #include "solver/travel/run/internal/run_parts.h"
 #include "solver/travel/run/internal/virtual_run.h"
+#include "solver/travel/run/recorded_options.h"
+#include "solver/workspace/workspace.h"
 
 #include <cmath>
+#include <exception>
 #include <string>
+#include <vector>
 
 namespace filiform {
 namespace {
@@ -15,7 +19,7 @@ namespace {
 void checkOptions(const TileStore& store, const RunOptions& options) {
   const auto is_positive = [](double x) { return x > 0 && std::isfinite(x); };
   if (!is_positive(options.rate_Hz) || options.rate_Hz > 1e6) throw UsageError("the rate must be between 0 and 1e6 Hz");
-  if (!is_positive(options.zoom_um)) throw UsageError("the zoom must be finite and > 0 um");
+  Workspace::requireZoom(options.zoom_um);
   if (options.seconds && !is_positive(*options.seconds)) throw UsageError("the time limit must be finite and > 0 s");
   if (!(options.latency_ms >= 0 && std::isfinite(options.latency_ms)))
     throw UsageError("the latency must be finite and >= 0 ms");
@@ -41,27 +45,24 @@ void travel(internal::RunParts& parts, const internal::OnTick& on_tick) {
     internal::runInRealTime(parts, on_tick);
   else
     internal::runInVirtualTime(parts, on_tick);
+  if (!parts.ended) parts.end();
 }
 
 }  // namespace
 
 RunSummary run(const TileStore& store, const RunOptions& options, const std::function<void(const TickRow&)>& on_tick) {
-  checkOptions(store, options);
-  internal::RunParts parts(store, options);
-  RecordingDevice* const recorder = parts.device.recorder();
+  RunOptions wanted = options;
+  std::vector<std::string> notes = takeRecordedOptions(store, wanted);
+  checkOptions(store, wanted);
+  internal::RunParts parts(store, wanted);
+  parts.notes.insert(parts.notes.begin(), notes.begin(), notes.end());
   try {
     travel(parts, on_tick);
-    if (recorder != nullptr) recorder->finish();
   } catch (...) {
-    parts.keepRecording();
+    parts.fail(std::current_exception());
     throw;
   }
-  RunSummary summary = parts.summary();
-  if (parts.was_interrupted)
-    parts.keepRecording();
-  else if (recorder != nullptr)
-    parts.device.recording()->finish();
-  return summary;
+  return parts.summary();
 }
 
 }  // namespace filiform

@@ -21,7 +21,9 @@
 // fades, and the new force grows over the ramp. In virtual time, legs are planned between ticks; in real time, a thread
 // plans ahead.
 //
-// Replays (device "replay:FILE"): a recorded run is repeated in virtual time, whichever clock it was recorded with.
+// Replays (device "replay:FILE"): a recorded run is repeated in virtual time, whichever clock it was recorded with. The
+// recording carries the options of its run, and a replay takes them (recorded_options.h). A recording of a Session is
+// refused.
 // With the same set and options its rows are bit-identical, because the recording stores which tiles each tick met
 // absent and when jumps were made. Two limits, each noted in RunSummary::notes when it applies:
 // - From a tick that met more than six absent tiles, the replay may differ.

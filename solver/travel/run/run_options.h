@@ -12,10 +12,12 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace filiform {
 
 struct NavigationSnapshot;
+struct RunSummary;
 
 struct RunOptions {
   std::optional<std::uint32_t> cell;  // none: defaultCell(); for a tour: all cells
@@ -39,13 +41,16 @@ struct RunOptions {
   PrefetchPolicy prefetch = PrefetchPolicy::structure;  // not in virtual time at latency 0
   unsigned io_threads = 0;                              // real time only; see ResidencyOptions
   bool realtime = false;
-  std::string record;          // write the exchanges with the device to this file; empty: none
-  std::string record_options;  // stored verbatim in the recording; not interpreted
+  std::string record;  // write the exchanges with the device, and these options, to this file; empty: none
+  // For a replay: the options, by the names of recorded_options.h, that count even where they have their defaults. All
+  // others with their defaults are taken from the recording.
+  std::vector<std::string> given{};
   // Makes `device` from its name and the period (s), not opened. None: makeDevice().
   std::function<std::unique_ptr<HapticDevice>(const std::string&, double)> make_device{};
   std::function<void(const NavigationSnapshot&)> on_snapshot{};  // virtual time only: after each tick
-  // Real time only: called before the run waits for its threads, which a hanging read can delay. Must not throw.
-  std::function<void()> ending{};
+  // Called once, after the last tick: the recording is written and `on_tick` has all rows. A run in real time then
+  // waits for its threads, which a hanging read can delay. The figures are those so far. Must not throw.
+  std::function<void(const RunSummary&)> ending{};
   std::string fault_csv;  // real time only: file for the last ticks if the loop ends by a fault; empty: none
   const std::atomic<bool>* stop = nullptr;  // when it becomes true, the run ends as `interrupted` after this tick
   // If the run fails or is interrupted, an older file at `record` stays unchanged, and the new recording is kept in a

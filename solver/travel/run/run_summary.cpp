@@ -12,6 +12,8 @@ const char* toString(RunOutcome outcome) {
       return "time_over";
     case RunOutcome::interrupted:
       return "interrupted";
+    case RunOutcome::failed:
+      return "failed";
   }
   return "";
 }

@@ -4,6 +4,7 @@
 #include "index/streaming/residency.h"
 #include "solver/force/passivity.h"
 #include "solver/loop/loop_metrics.h"
+#include "solver/proxy/proxy_solver.h"
 
 #include <cstdint>
 #include <optional>
@@ -17,6 +18,7 @@ enum class RunOutcome {
   stuck,        // before the tip, the simulated person gave up, or the replayed recording ended
   time_over,    // the time for a route ended before the tip
   interrupted,  // by RunOptions::stop
+  failed,       // by an exception; only in the summary that RunOptions::ending gets
 };
 const char* toString(RunOutcome outcome);  // the enumerator's name; used in JSON, text and pictures
 
@@ -46,6 +48,8 @@ struct RunSummary {
   std::optional<LoopReport> loop;  // real time only
   ResidencyCounters streaming;     // zero for a scene in memory and for a replay
   std::string cell;                // name; for a tour, of its first leg
+  std::string route;               // as RunOptions; for a replay, as recorded
+  SolverMethod method = SolverMethod::climb;
   std::uint64_t visited = 0;       // total number of tested segments
   std::uint64_t capped_ticks = 0;  // ticks that reached the solver's cap
   int back_offs = 0;               // how often the simulated person gave up a try
@@ -59,6 +63,7 @@ struct RunSummary {
   PassivityEnergy energy;             // see passivity.h
   std::vector<std::string> notes;     // for the user, one line each: stability, refused real-time settings, lost rows
   std::vector<std::string> failures;  // one line for each tile that could not be read
+  std::string error;                  // why the run failed; empty for all other outcomes
 };
 
 }  // namespace filiform

@@ -1,12 +1,15 @@
 #include "solver/travel/session/session.h"
 
+#include "device/recording/replay.h"
 #include "index/errors.h"
 #include "index/output.h"
+#include "index/text.h"
 #include "solver/loop/haptic_loop.h"
 #include "solver/travel/hand/internal/hand_navigation.h"
 #include "solver/travel/hand/internal/hand_tiles.h"
 #include "solver/travel/hand/internal/navigation_choice.h"
 #include "solver/travel/hand/internal/travel_device.h"
+#include "solver/travel/run/recorded_options.h"
 #include "solver/travel/session/internal/awaited_jump.h"
 #include "solver/travel/session/internal/session_commands.h"
 #include "solver/travel/session/internal/session_hand.h"
@@ -110,8 +113,12 @@ Session::Impl::Impl(const TileStore& scene, const SessionOptions& wanted)
 
 internal::NavigationChoice Session::Impl::choose(TileId tile_count) {
   if (device.replay() != nullptr) {
-    const std::string file = options.device.substr(options.device.find(':') + 1) + ".json";
-    internal::SessionCommands recorded = internal::readSessionCommands(file, tile_count);
+    const std::string file = options.device.substr(options.device.find(':') + 1);
+    if (!isSessionRecording(file) && !readRecordingWords(file).options.empty())
+      throw UsageError(escaped(file) +
+                       ": was recorded by navigate; replay it with filiform navigate SET --device replay:" +
+                       escaped(file) + ", or draw it with filiform render --path");
+    internal::SessionCommands recorded = internal::readSessionCommands(file + ".json", tile_count);
     options.zoom_um = recorded.zoom_um;
     options.method = recorded.method;
     options.stiffness_N_m = recorded.stiffness_N_m;
@@ -132,6 +139,7 @@ void Session::Impl::record() {
   internal::TravelRecordingOptions recording;
   recording.path = options.record;
   recording.device = options.device;
+  recording.options = kSessionOptions;
   recording.writer_thread = options.shared.residency == nullptr;
   device.record(recording);
 }
@@ -178,22 +186,27 @@ void Session::Impl::collectLog() {
 }
 
 void Session::Impl::finishRecording() {
+  std::string kept = options.record;
   std::exception_ptr failure;
   try {
-    device.recorder()->finish();
+    try {
+      device.recorder()->finish();
+    } catch (const std::exception&) {
+      if (!device.recorder()->whole()) throw;  // if exchanges were lost, it can be replayed
+      failure = std::current_exception();
+    }
+    device.recording()->finish();
   } catch (...) {
     failure = std::current_exception();
+    kept = device.keepRecording();
   }
-  if (device.recorder()->whole()) {  // can be replayed, even if exchanges were lost
-    device.recording()->finish();
-    collectLog();
-    if (device.recording()->isFile())
-      internal::writeSessionCommands(options.record + ".json", {.zoom_um = options.zoom_um,
-                                                                .stiffness_N_m = choice.stiffness_N_m(),
-                                                                .rate_Hz = options.rate_Hz,
-                                                                .method = options.method,
-                                                                .commands = commanded});
-  }
+  collectLog();
+  if (!kept.empty() && device.recording()->isFile())
+    internal::writeSessionCommands(kept + ".json", {.zoom_um = options.zoom_um,
+                                                    .stiffness_N_m = choice.stiffness_N_m(),
+                                                    .rate_Hz = options.rate_Hz,
+                                                    .method = options.method,
+                                                    .commands = commanded});
   if (failure) std::rethrow_exception(failure);
 }
 
@@ -267,6 +280,7 @@ void Session::finish() {
   } catch (...) {
     failure = std::current_exception();
   }
+  if (s.options.ending) s.options.ending();
   // Last, because it waits for the tile that is being read.
   if (s.tiles.reader() != nullptr) s.tiles.residency()->stop();
   if (failure) std::rethrow_exception(failure);

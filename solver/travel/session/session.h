@@ -56,6 +56,8 @@ struct SessionOptions {
   // Write the exchanges with the device to this file; if it is a regular file, also write the commands to FILE.json.
   // Empty: no recording.
   std::string record{};
+  // Called by finish() after the recording is written, before it waits for reads that may hang. Must not throw.
+  std::function<void()> ending{};
   // Makes `device` from its name and the period (s), not opened. None: makeDevice().
   std::function<std::unique_ptr<HapticDevice>(const std::string&, double)> make_device{};
 };

@@ -200,6 +200,33 @@ TEST(ReplayDevice, SaysWhereAnyCutRecordingEnds) {
   }
 }
 
+TEST(Recording, CutAnywhereIsClosedAfterItsLastWholeExchange) {
+  const test::TempFolder folder;
+  const std::string file = folder.file("r");
+  {
+    std::ofstream out(file, std::ios::binary);
+    RecordingDevice recording(std::make_unique<NullDevice>(), out);
+    recording.open();
+    for (int i = 0; i < 10; ++i) recording.exchange(wildWrench(i));
+    recording.finish();
+  }
+  const std::string whole = test::readBytes(file);
+  EXPECT_EQ(closeRecording(file), 10U);
+  EXPECT_EQ(test::readBytes(file), whole);
+  constexpr std::size_t kExchange = 200, kClosing = 24;
+  const std::size_t header = whole.size() - kClosing - 10 * kExchange;
+  for (std::size_t size = header; size < whole.size(); size += 7) {
+    test::writeBytes(file, whole.substr(0, size));
+    if (size < header + kClosing) continue;  // no room for a closing mark
+    const std::size_t count = (size - header - kClosing) / kExchange;
+    ASSERT_EQ(closeRecording(file), count) << size;
+    EXPECT_EQ(ReplayDevice(file).exchanges(), count) << size;
+    EXPECT_LE(test::readBytes(file).size(), size);
+  }
+  test::writeBytes(file, whole.substr(0, header / 2));
+  EXPECT_THROW(closeRecording(file), DeviceError);
+}
+
 TEST(ReplayDevice, NoticesAnyFlippedByte) {
   const test::TempFolder folder;
   const std::string whole = smallRecording(folder, true);

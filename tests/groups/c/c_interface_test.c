@@ -360,6 +360,9 @@ static void travel_refuses_wrong_options(void) {
   options.rate_Hz = -1;
   FAILS(FILIFORM_USAGE, "rate", filiform_travel_open(set, &options, &travel));
   options.rate_Hz = 0;
+  options.zoom_um = 1e7;
+  FAILS(FILIFORM_USAGE, "zoom", filiform_travel_open(set, &options, &travel));
+  options.zoom_um = 0;
   OK(filiform_travel_open(set, &options, &travel));
   OK(filiform_travel_close(travel));
   OK(filiform_close(set));
@@ -395,6 +398,12 @@ static void runs_are_repeatable(void) {
   options.route = NULL;
   options.device = "sim:soft";
   FAILS(FILIFORM_USAGE, "soft", filiform_navigate(set, &options, &first));
+  options.device = NULL;
+  const double zooms_um[] = {1e300, 1e7, 3e5, 1e-7, -1};
+  for (size_t i = 0; i < sizeof zooms_um / sizeof *zooms_um; ++i) {
+    options.zoom_um = zooms_um[i];
+    FAILS(FILIFORM_USAGE, "zoom", filiform_navigate(set, &options, &first));
+  }
   OK(filiform_close(set));
 }
 

@@ -109,6 +109,30 @@ TEST_F(Travel, ARecordingKnowsWhatItsRunWasTold) {
   EXPECT_TRUE(missing.oneLineOnStderr()) << missing.err;
 }
 
+TEST_F(Travel, AZoomAtWhichNothingIsTravelledIsRefused) {
+  for (const char* zoom : {"3e5", "1e6", "1e9", "1e-9", "0", "-5", "nan"})
+    for (const char* route : {"longest", "tour:1"}) {
+      const Outcome refused =
+          runFiliform({"navigate", folder_ / "z.fil", "--zoom", zoom, "--route", route, "--seconds", "0.2"});
+      EXPECT_EQ(refused.exit_code, 2) << zoom << refused.out;
+      EXPECT_TRUE(refused.oneLineOnStderr()) << refused.err;
+      EXPECT_NE(refused.err.find("zoom"), std::string::npos) << refused.err;
+    }
+  EXPECT_NE(runFiliform({"navigate", folder_ / "z.fil", "--zoom", "1e9"}).err.find("1e-06 to 1e+06"),
+            std::string::npos);
+}
+
+TEST_F(Travel, AReplayUsesTheRecordingOfItsKindAndRefusesTheOther) {
+  const std::string set = folder_ / "z.fil", recording = folder_ / "run.rec";
+  ASSERT_EQ(runFiliform({"navigate", set, "--seconds", "0.5", "--record", recording}).exit_code, 0);
+  for (const char* option : {"--zoom", "--method", "--stiffness"}) {
+    const Outcome refused = runFiliform(
+        {"view", set, "--device", "replay:" + recording, option, std::string(option) == "--method" ? "climb" : "200"});
+    EXPECT_EQ(refused.exit_code, 2) << refused.err;
+    EXPECT_NE(refused.err.find(std::string(option) + ": leave it out"), std::string::npos) << refused.err;
+  }
+}
+
 TEST_F(Travel, ADeviceThatKeepsItsOwnTimeNeedsRealTime) {
   const Outcome refused = runFiliform({"navigate", folder_ / "z.fil", "--device", "falcon"});
   EXPECT_EQ(refused.exit_code, 2);

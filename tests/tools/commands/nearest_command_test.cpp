@@ -27,6 +27,19 @@ class NearestCommand : public ::testing::Test {
   std::string set_ = folder_ / "line.fil";
 };
 
+TEST_F(NearestCommand, APointIsReadAlikeOnTheLineAndInAFile) {
+  test::writeBytes(folder_ / "bom.txt",
+                   "\xEF\xBB\xBF"
+                   "1 2 3\r\n");
+  EXPECT_EQ(runFiliform({"nearest", set_, "--points", folder_ / "bom.txt"}).out,
+            runFiliform({"nearest", set_, "1", "2", "3"}).out);
+  // The first wrong coordinate is named.
+  EXPECT_NE(runFiliform({"nearest", set_, "a", "b", "c"}).err.find("x is 'a'"), std::string::npos);
+  test::writeBytes(folder_ / "wrong.txt", "1 2 3\n1 b c\n");
+  EXPECT_NE(runFiliform({"nearest", set_, "--points", folder_ / "wrong.txt"}).err.find("wrong.txt:2: y is 'b'"),
+            std::string::npos);
+}
+
 TEST_F(NearestCommand, ABoxGivesTheSegmentsThatMeetIt) {
   const Outcome box = runFiliform({"nearest", set_, "--box", "12", "-1", "-1", "23", "1", "1", "--json"});
   ASSERT_EQ(box.exit_code, 0) << box.err;

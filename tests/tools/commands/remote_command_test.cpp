@@ -2,7 +2,9 @@
 #include "tests/support/process.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/servers/http_server.h"
+#include "tests/support/servers/server_process.h"
 #include "tests/support/temp_folder.h"
+#include "tests/support/variable.h"
 
 #include <chrono>
 #include <filesystem>
@@ -109,13 +111,34 @@ TEST_F(RemoteCommandTest, TheTokenComesFromAFileOrTheEnvironment) {
   const Outcome wrong = test::runFiliformInShell("FILIFORM_TOKEN=other-secret \"$@\"", {"info", asks / "a.fil"});
   EXPECT_EQ(wrong.exit_code, 3);
   EXPECT_EQ(wrong.err.find("other-secret"), std::string::npos) << wrong.err;
-  for (const std::string& text : {std::string(), std::string("\n"), std::string(5000, 'x'), std::string("a\tb")}) {
+  for (const std::string& text : {std::string(), std::string("\n"), std::string(5000, 'x'), std::string("a\tb"),
+                                  std::string("a b"), std::string("ä")}) {
     test::writeBytes(*folder_ / "bad", text);
     const Outcome bad = runFiliform({"info", asks / "a.fil", "--token-file", *folder_ / "bad"});
     EXPECT_EQ(bad.exit_code, 2) << bad.err;
     EXPECT_TRUE(bad.oneLineOnStderr()) << bad.err;
   }
   EXPECT_EQ(runFiliform({"info", asks / "a.fil", "--token-file", *folder_ / "none"}).exit_code, 3);
+}
+
+TEST_F(RemoteCommandTest, ServeSendsTheTokenOfItsSource) {
+  const HttpServer asks(folder_->path(), {"--token", "a-secret"});
+  const std::string source = asks / "a.fil", file = *folder_ / "source-token";
+  test::writeBytes(file, "\xEF\xBB\xBF a-secret \r\nmade on Monday\n");
+  const Outcome without = runFiliform({"serve", source, "--listen", "127.0.0.1:0"});
+  EXPECT_EQ(without.exit_code, 3);
+  EXPECT_NE(without.err.find("--source-token-file"), std::string::npos) << without.err;
+  const auto answers = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> words{source, "--no-pictures"};
+    words.insert(words.end(), more.begin(), more.end());
+    const test::ServerProcess server(words, *folder_ / "log");
+    return runFiliform({"info", server.address() + "/v1/sets/a"}).exit_code;
+  };
+  EXPECT_EQ(answers({"--source-token-file", file}), 0);
+  const test::Variable variable("FILIFORM_TOKEN",
+                                "\xEF\xBB\xBF"
+                                "a-secret\r\n");
+  EXPECT_EQ(answers({}), 0);
 }
 
 TEST_F(RemoteCommandTest, ACacheIsSharedByCommands) {

@@ -15,6 +15,13 @@
 
 namespace filiform::tools {
 
+Vector3d pointOfWords(const std::vector<std::string>& words, const std::string& before) {
+  Vector3d point;
+  for (int axis = 0; axis < 3; ++axis)  // in this order, so that the first wrong one is named
+    point[axis] = parseNumber(before + "xyz"[axis], words.at(static_cast<std::size_t>(axis)));
+  return point;
+}
+
 namespace {
 
 constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
@@ -32,9 +39,7 @@ std::vector<Vector3d> readLines(std::istream& in, const std::string& name) {
     if (fields.empty()) continue;
     const std::string where = name + ":" + std::to_string(number);
     if (fields.size() != 3) throw UsageError(where + ": " + counted(fields.size(), "field") + "; give three: x y z");
-    points.emplace_back();
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      points.back()[static_cast<Eigen::Index>(axis)] = parseNumber(where + ": " + "xyz"[axis], fields[axis]);
+    points.push_back(pointOfWords(fields, where + ": "));
     if (points.back().cwiseAbs().maxCoeff() > Nearest::kMaxCoordinate_um)
       throw UsageError(where + ": coordinates must lie within 1e150 um");
   }

@@ -4,8 +4,8 @@
 #include "index/remote/http_source.h"
 #include "index/text.h"
 #include "tools/program/interruption.h"
-#include "tools/program/token_file.h"
 #include "tools/words/numbers.h"
+#include "tools/words/token.h"
 
 #include <cstdlib>
 
@@ -24,9 +24,9 @@ RemoteOptions RemoteArguments::options() const {
   RemoteOptions options;
   const char* const token = std::getenv("FILIFORM_TOKEN");
   if (!token_file.empty())
-    options.token = readTokenFile(token_file);
-  else if (token != nullptr)
-    options.token = token;
+    options.token = readTokenFile(token_option, token_file);
+  else if (token != nullptr && *token != '\0')
+    options.token = tokenIn(token, "FILIFORM_TOKEN");
   options.cache_folder = cache;
   if (!cache_size.empty()) options.cache_bytes = parseBytes("--cache-size", cache_size);
   if (connections != 0) options.connections = connections;
@@ -34,11 +34,13 @@ RemoteOptions RemoteArguments::options() const {
   return options;
 }
 
-std::shared_ptr<RemoteArguments> addRemoteArguments(CLI::App& command) {
+std::shared_ptr<RemoteArguments> addRemoteArguments(CLI::App& command, const std::string& token_option) {
   auto a = std::make_shared<RemoteArguments>();
+  a->token_option = token_option;
   command
-      .add_option("--token-file", a->token_file,
-                  "send the token in this file, only to the set's own host; default: the variable FILIFORM_TOKEN")
+      .add_option(token_option, a->token_file,
+                  "send the token in the first line of this file, only to the set's own host; default: the variable "
+                  "FILIFORM_TOKEN")
       ->type_name("FILE")
       ->group(kRemoteGroup);
   command
@@ -55,6 +57,10 @@ std::shared_ptr<RemoteArguments> addRemoteArguments(CLI::App& command) {
       ->type_name("N")
       ->group(kRemoteGroup);
   return a;
+}
+
+bool isRemoteOption(const std::string& option) {
+  return option == "--token-file" || option == "--cache" || option == "--cache-size" || option == "--connections";
 }
 
 void refuseAddress(const std::string& option, const std::string& path) {

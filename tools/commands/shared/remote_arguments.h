@@ -14,15 +14,20 @@ namespace filiform::tools {
 
 struct RemoteArguments {
   std::string token_file, cache, cache_size;
-  unsigned connections = 0;  // 0: the default of RemoteOptions
+  unsigned connections = 0;                   // 0: the default of RemoteOptions
+  std::string token_option = "--token-file";  // that gives token_file
 
   // Reads the token from the file, or else from the environment variable FILIFORM_TOKEN. A signal cancels reads. Throws
-  // IoError if the file cannot be read, UsageError if it is empty or larger than 4 KiB.
+  // as readTokenFile() and tokenIn().
   RemoteOptions options() const;
 };
 
-// Adds --token-file, --cache, --cache-size and --connections, in a group of their own in the help.
-std::shared_ptr<RemoteArguments> addRemoteArguments(CLI::App& command);
+// Adds --token-file (or another name), --cache, --cache-size and --connections, in a group of their own in the help.
+std::shared_ptr<RemoteArguments> addRemoteArguments(CLI::App& command,
+                                                    const std::string& token_option = "--token-file");
+
+// True for the options that addRemoteArguments() adds under their usual names.
+bool isRemoteOption(const std::string& option);
 
 // For an option that names a set to be written. Throws UsageError if it is an address.
 void refuseAddress(const std::string& option, const std::string& path);

@@ -1,8 +1,8 @@
 #include "tools/serve/routes/access.h"
 
 #include "index/text.h"
-#include "tools/program/token_file.h"
 #include "tools/serve/routes/session_request.h"
+#include "tools/words/token.h"
 
 #include <algorithm>
 #include <arpa/inet.h>
@@ -153,11 +153,8 @@ void Access::addCors(const Request& request, Answer& answer) const {
 }
 
 std::string readToken(const std::string& path) {
-  std::string token = readTokenFile(path);
-  const bool plain = std::all_of(token.begin(), token.end(), [](char c) {
-    return c > 0x20 && c < 0x7F && std::string_view(";,\"\\").find(c) == std::string_view::npos;
-  });
-  if (!plain || token.size() < kLeastToken || token.size() > kMostToken)
+  std::string token = readTokenFile("--token-file", path);
+  if (token.find_first_of(";,\"\\") != std::string::npos || token.size() < kLeastToken || token.size() > kMostToken)
     throw UsageError("--token-file " + inShort(path) +
                      ": its first line must be a token of 16 to 512 letters and "
                      "digits, such as 'openssl rand -hex 32' prints");

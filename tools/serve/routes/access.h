@@ -55,8 +55,8 @@ std::string randomText();
 // The cookie that holds the token of a browser.
 inline constexpr const char* kTokenCookie = "filiform_token";
 
-// Reads the token of a file as readTokenFile() does (token_file.h), and checks that it has 16 to 512 visible ASCII
-// characters without `;` `,` `"` `\`. Throws IoError, UsageError.
+// Reads the token of a file as readTokenFile() does (token.h), and checks that it has 16 to 512 characters without `;`
+// `,` `"` `\`. Throws IoError, UsageError.
 std::string readToken(const std::string& path);
 
 }  // namespace filiform::tools

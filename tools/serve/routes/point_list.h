@@ -17,7 +17,7 @@ struct PointList {
 };
 
 // Reads {"points": [[x, y, z], ...], NAME: number, ...}. Each member may occur once. Throws Refusal: 400 for anything
-// else, 413 for more than `most` points. Needs no memory beyond the points. O(bytes).
+// else, 413 for more than `most` points. Needs no memory beyond the points. Refuses a body without points. O(bytes).
 PointList readPointList(std::string_view json, std::size_t most);
 
 }  // namespace filiform::tools

@@ -182,8 +182,8 @@ SessionClient::Json SessionClient::open(const Params& params) {
   if (!(size_m > 0).all() || options.hand.lo_D.cwiseAbs().maxCoeff() > RemoteHand::kMost_m ||
       options.hand.hi_D.cwiseAbs().maxCoeff() > RemoteHand::kMost_m)
     throw RpcError(RpcError::kParams, "lo_m must be below hi_m, both within 10 m");
-  close();
-  const std::shared_ptr<RemoteSession> session = house_.open(*set, options);
+  const std::shared_ptr<RemoteSession> before = this->session();
+  const std::shared_ptr<RemoteSession> session = house_.open(*set, options, before != nullptr);
   ProxyPlace place;
   try {
     if (params.contains("at") || params.contains("cell")) place = placeOf(*session, params);
@@ -196,6 +196,7 @@ SessionClient::Json SessionClient::open(const Params& params) {
     const std::lock_guard lock(mutex_);
     session_ = session;
   }
+  house_.close(before);
   const TileSet& tiles = session->scene().set();
   return {{"session", session->options().number},
           {"set", *set},

@@ -55,11 +55,11 @@ std::shared_ptr<SharedScene> SessionHouse::sceneOf(const std::string& set) {
   return scene;
 }
 
-std::shared_ptr<RemoteSession> SessionHouse::open(const std::string& set, RemoteSessionOptions options) {
+std::shared_ptr<RemoteSession> SessionHouse::open(const std::string& set, RemoteSessionOptions options, bool replaces) {
   const std::lock_guard one_at_a_time(opening_);
   {
     const std::lock_guard lock(mutex_);
-    if (rooms_.size() >= options_.most_sessions)
+    if (rooms_.size() >= options_.most_sessions + (replaces ? 1 : 0))
       throw Refusal(503, "the server has " + std::to_string(options_.most_sessions) +
                              " sessions, its most; ask again when one has ended");
     options.number = static_cast<std::uint32_t>(++opened_);
@@ -89,6 +89,15 @@ void SessionHouse::close(const std::shared_ptr<RemoteSession>& session) {
   const std::lock_guard lock(mutex_);
   std::erase_if(rooms_, [&](const Room& room) { return room.session == session; });
   if (!problem.empty()) problems_.push_back(std::move(problem));
+}
+
+void SessionHouse::closeAll() {
+  std::vector<std::shared_ptr<RemoteSession>> sessions;
+  {
+    const std::lock_guard lock(mutex_);
+    for (const Room& room : rooms_) sessions.push_back(room.session);
+  }
+  for (const auto& session : sessions) close(session);
 }
 
 void SessionHouse::serveRooms() {

@@ -42,11 +42,14 @@ class SessionHouse {
   // this while there are no sessions.
   void onNews(std::function<void()> news) { on_news_ = std::move(news); }
 
-  // Begins a session on the newest revision of a set; it ticks until close(). Throws Refusal 404 for an unknown set and
-  // 503 if there are too many sessions; UsageError for options or a budget out of range; CorruptTile, IoError.
-  std::shared_ptr<RemoteSession> open(const std::string& set, RemoteSessionOptions options);
+  // Begins a session on the newest revision of a set; it ticks until close(). `replaces`: the client closes another
+  // session at once, which does not count. Throws Refusal 404 for an unknown set and 503 if there are too many
+  // sessions; UsageError for options or a budget out of range; CorruptTile, IoError.
+  std::shared_ptr<RemoteSession> open(const std::string& set, RemoteSessionOptions options, bool replaces = false);
   // Ends a session and its recording. A failure of the recording becomes a problem.
   void close(const std::shared_ptr<RemoteSession>& session);
+  // Ends all sessions.
+  void closeAll();
 
   const SetShelf& shelf() const { return shelf_; }
   SessionFigures figures() const;

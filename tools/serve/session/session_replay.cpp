@@ -80,6 +80,7 @@ SessionReplay replaySession(const TileStore& store, const std::string& path) {
     }
   }
   if (const std::string fault = session.fault(); !fault.empty()) throw InputError(inShort(path) + ": " + fault);
+  if (result.ticks == 0) throw InputError(inShort(path) + ": holds no tick, so there is nothing to repeat");
   return result;
 }
 

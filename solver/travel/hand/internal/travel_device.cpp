@@ -23,7 +23,11 @@ void TravelDevice::record(const TravelRecordingOptions& recording) {
   options.device = recording.device;
   options.options = recording.options;
   options.marked = true;
-  output_ = std::make_unique<Output>(recording.path, OutputOptions{.cancel = recording.cancel});
+  output_ = std::make_unique<Output>(recording.path,
+                                     OutputOptions{.cancel = recording.cancel, .mend = [](const std::string& partial) {
+                                                     if (closeRecording(partial) == 0)
+                                                       throw DeviceError("nothing was recorded");
+                                                   }});
   auto recorder = std::make_unique<RecordingDevice>(std::move(device_), output_->stream(), options);
   recorder_ = recorder.get();
   device_ = std::move(recorder);
@@ -41,9 +45,8 @@ std::string TravelDevice::keepRecording() noexcept {
     try {
       recorder_->finish();
     } catch (const std::exception&) {
-      // The caller already reports an earlier failure. The recording may still be complete: whole() tells.
+      // The caller already reports an earlier failure. A recording that could not be written is mended.
     }
-    if (!recorder_->whole()) return {};
     return output_->finishAside();
   } catch (const std::exception&) {
     return {};

@@ -82,9 +82,9 @@ class TravelDevice {
     if (recorder_ != nullptr) recorder_->mark(marks);
   }
 
-  // For a run that failed or was interrupted: keeps the recording so far in a second file beside an older file. Returns
-  // the name of that file. Keeps nothing and returns an empty name if the recording cannot be replayed, and after
-  // errors.
+  // For a run that failed or was interrupted: keeps the recording so far, also of a full disk, in a second file beside
+  // an older file. Returns the name of that file. Keeps nothing and returns an empty name if the recording cannot be
+  // replayed, and after errors.
   std::string keepRecording() noexcept;
 
  private:

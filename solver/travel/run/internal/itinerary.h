@@ -19,11 +19,14 @@ class Itinerary {
 
   bool isTour() const { return tour_.has_value(); }
 
-  // Plans the next leg; for a single route, the same leg each time. Reads a cell. Throws as readCell(), planRoute(),
+  // Plans the next leg; for a single route, the same leg each time. A tour passes over a route at whose start a hand
+  // has arrived already: it is not longer than PersonParameters::arrive_m at this zoom. Throws UsageError for a single
+  // route like this, or if a tour finds no other. Reads a cell, or several. Throws as readCell(), planRoute(),
   // Tour::next() and Leg do.
   std::unique_ptr<Leg> next(const std::atomic<bool>* stop = nullptr);
 
  private:
+  Route planned(const std::atomic<bool>* stop) const;
   const TileStore& store_;
   const RunOptions& options_;
   std::optional<Tour> tour_;

@@ -11,6 +11,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstddef>
+#include <exception>
 #include <thread>
 
 namespace filiform::internal {
@@ -26,25 +27,29 @@ struct IoThreads {
   }
 };
 
-struct Ending {
-  const std::function<void()>& tell;
-  ~Ending() {
-    if (tell) tell();
-  }
-};
-
 class RealTimeRun {
  public:
   explicit RealTimeRun(RunParts& run)
       : run_(run),
         io_{run.tiles.residency()},
-        ending_{run.options.ending},
         loop_(
             *run.device, [this](const DeviceState& state, double dt_s) { return tick(state, dt_s); }, loopOptions()) {
     if (run.itinerary.isTour()) planner_.emplace(run.itinerary);
   }
 
   void operator()(const OnTick& on_tick) {
+    try {
+      travel(on_tick);
+      run_.end();
+    } catch (...) {
+      loop_.stop();
+      run_.fail(std::current_exception());
+      throw;
+    }
+  }
+
+ private:
+  void travel(const OnTick& on_tick) {
     if (io_.residency != nullptr) {
       io_.residency->start();
       double left = run_.legs->longestJumpWaitPeriods(run_.time);
@@ -64,11 +69,10 @@ class RealTimeRun {
     loop_.stop();
     drain(on_tick);
     if (!loop_.fault().empty()) throw DeviceError(loop_.fault() + writeLastTicks());
-    if (planner_ && planner_->failed()) planner_->rethrow();
+    if (planner_ && planner_->failed() && !run_.was_interrupted) planner_->rethrow();
     report();
   }
 
- private:
   HapticLoopOptions loopOptions() {
     HapticLoopOptions options;
     options.rate_Hz = run_.options.rate_Hz;
@@ -158,10 +162,9 @@ class RealTimeRun {
   std::atomic<bool> over_{false};
   std::uint64_t rows_lost_ = 0;
   ForceGate last_force_{{.ramp_s = 0}, true};
-  // Members are destroyed from the last to the first: the loop ends, `ending` is called, then the other threads end.
+  // Members are destroyed from the last to the first: the loop has ended, then the other threads end.
   IoThreads io_;
   std::optional<LegPlanner> planner_;
-  Ending ending_;
   HapticLoop loop_;
 };
 

@@ -5,6 +5,7 @@
 #include "index/output.h"
 #include "index/text.h"
 #include "solver/proxy/parameters.h"
+#include "solver/travel/run/recorded_options.h"
 
 #include <cmath>
 #include <exception>
@@ -56,7 +57,7 @@ void RunParts::record() {
   TravelRecordingOptions recording;
   recording.path = options.record;
   recording.device = device.heldDevice();
-  recording.options = options.record_options;
+  recording.options = recordedOptions(store, options, itinerary.isTour() ? options.cell : first_cell);
   recording.writer_thread = options.realtime;
   recording.cancel = options.stop;
   device.record(recording);
@@ -102,7 +103,40 @@ bool RunParts::account(const NavigationTick& tick, TickRow& row) noexcept {
   return time.periods() >= most_periods || (legs->isOver() && !itinerary.isTour());
 }
 
+void RunParts::end() {
+  RecordingDevice* const recorder = device.recorder();
+  if (was_interrupted) {
+    keepRecording();
+  } else if (recorder != nullptr) {
+    recorder->finish();
+    device.recording()->finish();
+  }
+  ended = true;
+  if (options.ending) options.ending(summary());
+}
+
+void RunParts::fail(const std::exception_ptr& error) noexcept {
+  if (std::exchange(ended, true)) return;
+  keepRecording();
+  try {
+    if (!options.ending) return;
+    RunSummary failed = summary();
+    failed.outcome = RunOutcome::failed;
+    try {
+      std::rethrow_exception(error);
+    } catch (const std::exception& why) {
+      failed.error = why.what();
+    } catch (...) {
+      failed.error = "an unknown error";
+    }
+    options.ending(failed);
+  } catch (...) {
+    // run() reports the first failure.
+  }
+}
+
 void RunParts::keepRecording() noexcept {
+  if (statistics.ticks() == 0) return;
   const std::string kept = device.keepRecording();
   if (kept.empty() || kept == options.record || !options.recording_kept) return;
   try {
@@ -135,6 +169,8 @@ RunSummary RunParts::summary() const {
   s.segments = store.segmentCount();
   s.decoded_bytes = store.decodedBytes();
   s.cell = store.cell(first_cell).name;
+  s.route = options.route;
+  s.method = options.method;
   s.stalls = hand->stalls();
   s.budget_bytes = options.budget_bytes;
   s.stiffness_N_m = choice.stiffness_N_m();

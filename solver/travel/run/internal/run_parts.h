@@ -17,6 +17,7 @@
 #include "solver/travel/run/tick_row.h"
 
 #include <cstdint>
+#include <exception>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -44,8 +45,11 @@ struct RunParts {
   }
   // After the last tick. O(tiles + cells).
   RunSummary summary() const;
-  // For a run that failed or was interrupted: keeps its recording and calls recording_kept.
-  void keepRecording() noexcept;
+  // Ends the run after its last tick: writes the recording, or keeps it aside if the run was interrupted, and calls
+  // RunOptions::ending. Throws what writing throws.
+  void end();
+  // Instead of end(), or after it has thrown: keeps the recording aside and calls `ending` with the error.
+  void fail(const std::exception_ptr& error) noexcept;
 
   const TileStore& store;
   const RunOptions options;
@@ -65,8 +69,10 @@ struct RunParts {
   std::optional<std::uint64_t> missed_deadlines;  // real time only
   std::optional<LoopReport> loop;                 // real time only
   std::vector<std::string> notes;                 // for RunSummary
+  bool ended = false;                             // by end() or fail()
 
  private:
+  void keepRecording() noexcept;
   void record();
   void check() const;
   void noteStability();

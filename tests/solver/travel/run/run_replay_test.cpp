@@ -1,6 +1,8 @@
 #include "index/errors.h"
 #include "solver/travel/routes/tour.h"
+#include "solver/travel/run/recorded_options.h"
 #include "solver/travel/run/run.h"
+#include "solver/travel/session/session.h"
 #include "tests/support/scenes/counting_store.h"
 #include "tests/support/scenes/recorded_run.h"
 #include "tests/support/temp_folder.h"
@@ -61,6 +63,62 @@ TEST(Run, ReplayOfItsRecordingIsTheSameRun) {
   EXPECT_EQ(replayed.rows, live.rows);
   EXPECT_EQ(replayed.summary.outcome, live.summary.outcome);
   EXPECT_TRUE(replayed.summary.notes.empty());
+}
+
+TEST(Run, ReplayTakesTheOptionsOfItsRecordingUnlessTheyAreGiven) {
+  const test::TempFolder folder;
+  const auto store = column();
+  RunOptions options = shortRun();
+  options.cell = 2;
+  options.method = SolverMethod::force;
+  options.stiffness_N_m = 150;
+  options.record = folder / "a.rec";
+  const Recorded live = record(*store, options);
+  RunOptions again;
+  again.device = "replay:" + options.record;
+  const Recorded replayed = record(*store, again);
+  EXPECT_EQ(replayed.rows, live.rows);
+  EXPECT_EQ(replayed.summary.route, "random:3");
+  EXPECT_EQ(replayed.summary.method, SolverMethod::force);
+  ASSERT_EQ(replayed.summary.notes.size(), 1U);
+  EXPECT_NE(replayed.summary.notes[0].find("--route random:3 --seconds 6 --method force --stiffness 150 --zoom 100"),
+            std::string::npos)
+      << replayed.summary.notes[0];
+  // What is given counts, if only by its name, and is told.
+  again.given = {"--method"};
+  const Recorded other = record(*store, again);
+  EXPECT_EQ(other.summary.method, SolverMethod::climb);
+  ASSERT_GE(other.summary.notes.size(), 2U);
+  EXPECT_NE(other.summary.notes[1].find("--method climb (recorded: force)"), std::string::npos);
+  again.given.clear();
+  again.zoom_um = 120;
+  EXPECT_NE(record(*store, again).rows, live.rows);
+  // A set without the cell.
+  RunOptions elsewhere;
+  elsewhere.device = again.device;
+  EXPECT_THROW(run(*straightNeurite(), elsewhere), UsageError);
+}
+
+TEST(Run, ReplayRefusesTheRecordingOfASession) {
+  const test::TempFolder folder;
+  const auto store = column();
+  {
+    Session session(*store, {.in_memory = true, .record = folder / "s.rec"});
+    session.advance(10);
+    session.finish();
+  }
+  EXPECT_TRUE(isSessionRecording(folder / "s.rec"));
+  RunOptions replay;
+  replay.device = "replay:" + (folder / "s.rec");
+  replay.in_memory = true;
+  EXPECT_THROW(run(*store, replay), UsageError);
+  std::filesystem::remove(folder / "s.rec.json");
+  EXPECT_THROW(run(*store, replay), UsageError);
+  RunOptions travel = shortRun();
+  travel.record = folder / "r.rec";
+  run(*store, travel);
+  EXPECT_FALSE(isSessionRecording(folder / "r.rec"));
+  EXPECT_THROW(Session(*store, {.device = "replay:" + travel.record, .in_memory = true}), UsageError);
 }
 
 // Replays the recording in `file` with `options`, without their time limit.

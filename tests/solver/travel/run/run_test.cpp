@@ -177,6 +177,49 @@ TEST(Run, SaysHowItEnded) {
   }
 }
 
+// At this zoom a hand at the first point would count as arrived at the last one.
+TEST(Run, NoTravelSucceedsWhereTheHandHasArrivedBeforeItMoves) {
+  const auto store = straightNeurite(60);
+  RunOptions options;
+  options.in_memory = true;
+  for (const double zoom_um : {3e4, 3e5, 1e6, 1.1e6, 1e300, 1e-7, 0.0})
+    for (const char* route : {"longest", "tour:1"}) {
+      options.zoom_um = zoom_um;
+      options.route = route;
+      EXPECT_THROW(run(*store, options), UsageError) << zoom_um << route;
+    }
+  options.zoom_um = 2e4;
+  options.route = "longest";
+  const RunSummary moved = run(*store, options);
+  EXPECT_EQ(moved.outcome, RunOutcome::completed);
+  EXPECT_GT(moved.reached_um, 0);
+}
+
+TEST(Run, AFailureIsToldWithTheFiguresSoFarAfterTheRecordingIsWritten) {
+  const test::TempFolder folder;
+  const auto store = straightNeurite(2000);
+  for (const bool realtime : {false, true}) {
+    RunOptions options;
+    options.in_memory = true;
+    options.realtime = realtime;
+    options.record = folder / "a.rec";
+    RunSummary told;
+    options.ending = [&](const RunSummary& so_far) {
+      told = so_far;
+      EXPECT_EQ(std::filesystem::exists(options.record), so_far.ticks > 0);
+    };
+    const auto failing = [&](const TickRow& row) {
+      if (row.tick == 100) throw IoError("rows", "cannot write");
+    };
+    EXPECT_THROW(run(*store, options, failing), IoError);
+    EXPECT_EQ(told.outcome, RunOutcome::failed);
+    EXPECT_NE(told.error.find("rows: cannot write"), std::string::npos) << told.error;
+    EXPECT_GE(told.ticks, 101U);
+    EXPECT_GE(ReplayDevice(options.record).exchanges(), 101U);
+    std::filesystem::remove(options.record);
+  }
+}
+
 TEST(Run, AFaultOfTheDeviceLeavesTheLastTicks) {
   const test::TempFolder folder;
   const auto store = column();

@@ -110,6 +110,24 @@ TEST_F(SessionClients, ErrorsSayWhatIsWrong) {
   EXPECT_EQ(codeOf(client, "jump", R"({"at":[0,0,0],"cell":"fork"})"), RpcError::kParams);
 }
 
+TEST_F(SessionClients, AFailingOpenKeepsTheRunningSession) {
+  SessionClient client(house_, "0.0.0"), second(house_, "0.0.0"), third(house_, "0.0.0");
+  for (SessionClient* one : {&client, &second, &third}) {
+    ask(*one, "hello");
+    EXPECT_EQ(codeOf(*one, "open", R"({"set":"fork","cell":"fork","sample":2})"), 0);
+  }
+  for (const char* wrong : {R"({"set":"nope"})", R"({"set":"fork","cell":"nobody"})", R"({"set":"fork","zoom_um":0})",
+                            R"({"set":"fork","at":[0,0]})"}) {
+    EXPECT_NE(codeOf(client, "open", wrong), 0) << wrong;
+    EXPECT_EQ(house_.figures().open, 3U) << wrong;
+    EXPECT_EQ(codeOf(client, "parameters"), 0) << wrong;
+  }
+  // The session that it replaces does not count against the most.
+  const auto opened = ask(client, "open", R"({"set":"fork","cell":"fork","sample":2,"zoom_um":50})");
+  EXPECT_EQ(opened.at("result").at("zoom_um"), 50);
+  EXPECT_EQ(house_.figures().open, 3U);
+}
+
 TEST_F(SessionClients, FramesThatAreNoHandEndTheConnection) {
   SessionClient client(house_, "0.0.0");
   const unsigned char bytes[64] = {9};

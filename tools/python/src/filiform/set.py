@@ -55,10 +55,6 @@ def open(
     return Set(path, token=token, cache=cache, budget=budget, revision=revision)
 
 
-def _is_address(name: str) -> bool:
-    return name.lower().startswith(("http://", "https://", "s3://"))
-
-
 class Set:
     """A tile set. Make it with `filiform.open`; use it as a context manager, or call `close`.
 
@@ -80,7 +76,7 @@ class Set:
         name = os.fspath(path)
         if not isinstance(name, str):
             raise TypeError(f"path: expected text, got {type(name).__name__}")
-        if not _is_address(name):
+        if not _core.is_address(name):
             if not os.path.isdir(name):
                 if os.path.exists(name):
                     raise NotADirectoryError(errno.ENOTDIR, "a file, not a tile set; make one from it with filiform.ingest", name)
@@ -93,7 +89,7 @@ class Set:
         self._cells: Cells | None = None
         sent = token if token is not None else os.environ.get("FILIFORM_TOKEN", "")
         self._handle = _core.SetHandle(
-            name, revision or "", sent if _is_address(name) else "", "" if cache is None else os.fspath(cache), self._budget
+            name, revision or "", sent if _core.is_address(name) else "", "" if cache is None else os.fspath(cache), self._budget
         )
 
     # -- the set itself
@@ -392,7 +388,8 @@ class Set:
         hand : ``"loose"``, ``"medium"`` or ``"firm"``. `device` replaces it, for example ``"replay:FILE"``.
         seconds : limit of simulated time. rate : ticks a second. zoom : um across 0.12 m of device.
         speed : of the hand's aim, m/s. stiffness : of the spring to the proxy, N/m. budget : bytes for tiles.
-        record : write the exchanges with the device to this file, for ``device="replay:FILE"``.
+        record : write the exchanges with the device to this file, for ``device="replay:FILE"``. A replay takes the
+            options of the recording, but those that differ from the defaults here.
         """
         index = None if cell is None else self.cells.index(cell)
         if isinstance(budget, str):
