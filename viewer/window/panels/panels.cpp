@@ -20,7 +20,6 @@ namespace filiform {
 
 namespace {
 
-using internal::countText;
 using internal::fitted;
 using internal::format;
 using internal::kDim;
