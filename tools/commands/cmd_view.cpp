@@ -92,9 +92,11 @@ int runView(const ViewArguments& a) {
   }
   if (a.web) {
     if (a.scene.size() != 1 || isFileScene(a.scene.front())) throw UsageError("--web: give one tile set");
+    std::string others;
     for (const std::string& option : a.given)
       if (option != "SCENE" && option != "--web" && !isRemoteOption(option))
-        throw UsageError(option + ": leave it out, or leave out --web; the page has controls of its own");
+        others += (others.empty() ? "" : " and ") + option;
+    if (!others.empty()) throw UsageError("--web: travel in a browser has settings of its own; leave out " + others);
     return travelInBrowser(a.scene.front(), a.remote);
   }
   std::vector<NamedPath> outputs{{"--record", a.record}, {"--state", a.state}};

@@ -55,9 +55,10 @@ Json optionJson(const CLI::Option& option) {
   else
     json["name"] = option.get_name(true, false);
   json["description"] = option.get_description();
-  const bool is_flag = option.get_items_expected_max() == 0;
+  const int most = option.get_items_expected_max();
+  const bool is_flag = most == 0;
   json["value"] = is_flag ? Json(nullptr) : Json(valueTypeOf(option));
-  json["values"] = is_flag ? 0 : option.get_type_size();
+  json["values"] = most < CLI::detail::expected_max_vector_size ? most : option.get_type_size();
   json["range"] = numberRangeOf(option);
   json["required"] = option.get_required();
   json["repeatable"] = !is_flag && repeats(option);

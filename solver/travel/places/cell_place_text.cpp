@@ -42,8 +42,9 @@ std::optional<Vector3d> pointOf(std::string_view text) {
   for (int axis = 0; axis < 3; ++axis) {
     if (axis > 0) {
       if (!text.starts_with(',')) return std::nullopt;
-      text.remove_prefix(std::min(text.find_first_not_of(' ', 1), text.size()));
+      text.remove_prefix(1);
     }
+    text.remove_prefix(std::min(text.find_first_not_of(' '), text.size()));
     if (!take(text, p_W[axis]) || !(std::abs(p_W[axis]) <= Nearest::kMaxCoordinate_um)) return std::nullopt;
   }
   return text.empty() ? std::optional(p_W) : std::nullopt;

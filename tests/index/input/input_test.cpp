@@ -348,7 +348,7 @@ TEST(Input, TheOutcomeOfAnArchiveIsThatOfItsEntriesUnlessNoneIsRefused) {
     EXPECT_EQ(outcome.reason.find("--strict"), std::string::npos) << name << ": " << outcome.reason;
   });
   EXPECT_EQ(said,
-            "cut.zip refused E_ZIP_FORMAT\ngood.swc accepted \nlost.zip/x.swc refused E_NO_SAMPLES\n"
+            "cut.zip refused E_ZIP_TRUNCATED\ngood.swc accepted \nlost.zip/x.swc refused E_NO_SAMPLES\n"
             "mixed.zip/bad.swc skipped E_NO_SAMPLES\nmixed.zip/../evil.swc skipped W_ZIP_UNSAFE_NAME\n"
             "mixed.zip/x.swc accepted \nmixed.zip/inner.zip skipped W_ZIP_NESTED\n");
 }
