@@ -114,7 +114,7 @@ def test_all_reports_of_a_run_agree(tmp_path, made):
     assert [(r.line, r.code, r.effect) for r in records] == told_records
     if made:
         assert [(r.line, r.code, r.effect) for r in records if r.input == "odd.swc"] == [
-            (1, "W_BAD_RADIUS", "kept"), (2, "W_ORDER", "kept"), (3, "W_CYCLE", "cut"), (4, "W_DUP_ID", "dropped")]
+            (1, "W_BAD_RADIUS", "kept"), (2, "W_CYCLE", "cut"), (4, "W_DUP_ID", "dropped")]
         assert {"cut.zip", "none.zip", "bad.swc", "empty.zip/bad.swc"} == {name for name, _ in report.refused}
         assert "W_CYCLE 1: parents form a cycle; one link cut (first: odd.swc:" in report.summary
 
