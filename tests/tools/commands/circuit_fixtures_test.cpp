@@ -77,7 +77,8 @@ TEST(CircuitFixtures, OtherPublicFilesAreReadOrRefusedInOneLine) {
   const std::vector<Case> cases{
       {{snap + "/nodes_quaternions.h5", "--morphologies", snap + "/morphologies/container-morphs.h5"},
        0,
-       "3 nodes, 3 placed, 0 without a morphology; mean direction of local +y (-0.333, 0.333, 0.333), length 0.57735"},
+       "3 nodes, 2 placed, 0 without a morphology, 1 whose morphology is missing; mean direction of local +y (0.000, "
+       "0.500, 0.500), length 0.70711"},
       {{snap + "/nodes_quaternions_w_missing.h5", "--morphologies", snap + "/morphologies/container-morphs.h5"},
        1,
        "3 of the four"},
@@ -89,8 +90,8 @@ TEST(CircuitFixtures, OtherPublicFilesAreReadOrRefusedInOneLine) {
        1,
        "none of its 300 nodes"},
       {{fixtures() / "sonata/src/pysonata/sonata/tests/circuit/examples/v1_nodes.h5", "--morphologies", swc},
-       0,
-       "449 nodes"},
+       1,
+       "none of its 449 nodes"},
       {{fixtures() / "sonata/examples/layer4_sample/network/lgn_nodes.h5", "--morphologies", swc},
        1,
        "none of its 9000 nodes"},
@@ -118,10 +119,10 @@ TEST(CircuitFixtures, OneCellInTwoFormatsIsTheSameTree) {
   std::vector<Tree> trees;
   for (const char* const ending : {".swc", ".h5", ".asc"}) {
     const std::string file = fixtures() / (std::string("obi-one/morphologies/C060114A5") + ending);
-    const Outcome made = ingestFine({file}, folder / (std::string("set") + ending));
+    const Outcome made = ingestFine({file}, folder / (std::string("set") + ending + ".fil"));
     if (std::string(ending) == ".asc" && made.exit_code != 0) continue;  // this build has no reader of ASC
     ASSERT_EQ(made.exit_code, 0) << made.err;
-    const auto set = TileSet::open(folder / (std::string("set") + ending));
+    const auto set = TileSet::open(folder / (std::string("set") + ending + ".fil"));
     const CellGraph graph = readCell(*set, 0, true);
     Tree tree;
     std::vector<int> children(graph.samples(), 0);
