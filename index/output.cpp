@@ -336,12 +336,16 @@ std::string Output::finishAside() {
   Impl& d = *impl_;
   const bool failed = !d.stream || (d.finished && !d.partial.empty());
   if (std::exchange(d.finished, true) && !failed) return d.path;
-  if (failed) {
-    if (d.place.kind != OutputPlace::Kind::kFile || !d.options.mend)
-      throw IoError(inShort(d.path), "was not written completely");
+  const bool mendable = d.place.kind == OutputPlace::Kind::kFile && d.options.mend;
+  if (failed && !mendable) throw IoError(inShort(d.path), "was not written completely");
+  if (failed) d.options.mend(d.partial);
+  try {
+    d.complete(true);
+  } catch (const IoError&) {  // the last rows do not fit
+    if (failed || !mendable) throw;
     d.options.mend(d.partial);
+    d.complete(true);
   }
-  d.complete(true);
   if (d.place.kind != OutputPlace::Kind::kFile) return d.path;
   // Use the first unused name: neither call replaces a file.
   const fs::path target(d.place.target);
@@ -352,7 +356,10 @@ std::string Output::finishAside() {
       if (n > 1) name += "-" + std::to_string(n);
       name += target.extension().string();
     }
-    if (::link(d.partial.c_str(), name.c_str()) == 0) return name;  // the destructor removes the other name
+    if (::link(d.partial.c_str(), name.c_str()) == 0) {
+      ::unlink(std::exchange(d.partial, {}).c_str());  // now: the process may end without destructors
+      return name;
+    }
     const bool no_links = errno == EPERM || errno == EOPNOTSUPP || errno == ENOSPC;  // or no room for a second name
     if (no_links && ::renameat2(AT_FDCWD, d.partial.c_str(), AT_FDCWD, name.c_str(), RENAME_NOREPLACE) == 0)
       return name;

@@ -220,7 +220,8 @@ TEST_F(LongRequests, GetShortAnswers) {
   const std::uint16_t port = server.port();
   const std::string word(kLong, 'x');
   const auto expectShort = [](const test::RawClient::Reply& reply) {
-    EXPECT_TRUE(reply.status == 0 || (reply.status >= 200 && reply.status < 500)) << reply.status;
+    const bool is_answer = reply.status >= 200 && reply.status < 500;  // 503: pictures take turns
+    EXPECT_TRUE(reply.status == 0 || is_answer || reply.status == 503) << reply.status;
     if (reply.status >= 400) EXPECT_LT(reply.body.size(), 1000u) << reply.body.substr(0, 300);
   };
   for (const char* header : {"Origin", "Host", "Authorization", "Cookie", "Accept", "If-None-Match", "Range",
