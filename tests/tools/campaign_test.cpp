@@ -34,18 +34,18 @@ using test::runFiliform;
 using test::writeBytes;
 using Random = std::mt19937_64;
 
-constexpr std::uint64_t kSeed = 47;
+constexpr std::uint64_t kCampaignSeed = 47;
 constexpr std::uint64_t kGiven = 64ull << 20;                 // --memory and --budget
 constexpr std::uint64_t kMostPeak = (256ull << 20) + kGiven;  // resident
 
-struct Command {
+struct CampaignCommand {
   std::string name;
   std::vector<std::string> words;  // SET stands for the set, INPUT for the input, OUT for a name that is free
   bool draws = false;              // by OpenGL
 };
 
-const std::vector<Command>& readers() {
-  static const std::vector<Command> kReaders{
+const std::vector<CampaignCommand>& readers() {
+  static const std::vector<CampaignCommand> kReaders{
       {"verify", {"verify", "SET"}},
       {"verify --deep", {"verify", "--deep", "SET"}},
       {"info", {"info", "SET", "--parameters"}},
@@ -62,16 +62,16 @@ const std::vector<Command>& readers() {
   return kReaders;
 }
 // Those that change a set have a copy of their own.
-const std::vector<Command>& changers() {
-  static const std::vector<Command> kChangers{
+const std::vector<CampaignCommand>& changers() {
+  static const std::vector<CampaignCommand> kChangers{
       {"ingest --add", {"ingest", "INPUT", "--add", "-o", "SET", "--memory", "64MiB"}},
       {"compact", {"compact", "SET", "--memory", "64MiB"}},
       {"ingest --remove", {"ingest", "--remove", "cell_00001", "-o", "SET", "--memory", "64MiB"}},
   };
   return kChangers;
 }
-const std::vector<Command>& inputReaders() {
-  static const std::vector<Command> kInputReaders{
+const std::vector<CampaignCommand>& inputReaders() {
+  static const std::vector<CampaignCommand> kInputReaders{
       {"check", {"check", "INPUT"}},
       {"check --tsv", {"check", "INPUT", "--tsv"}},
       {"ingest", {"ingest", "INPUT", "-o", "OUT.fil", "--memory", "64MiB"}},
@@ -130,7 +130,7 @@ class Campaign : public ::testing::Test {
   }
   std::string path(const std::string& name) const { return folder_ / name; }
 
-  Outcome run(const Command& command, const std::string& set, const std::string& input) {
+  Outcome run(const CampaignCommand& command, const std::string& set, const std::string& input) {
     std::vector<std::string> words;
     for (const std::string& word : command.words)
       words.push_back(word == "SET"             ? set
@@ -149,7 +149,7 @@ class Campaign : public ::testing::Test {
   }
 
   // `usual`: the answer on undamaged bytes, or null where another answer may be right.
-  void judge(const Command& command, const std::string& kind, const Outcome& outcome, const Outcome* usual) {
+  void judge(const CampaignCommand& command, const std::string& kind, const Outcome& outcome, const Outcome* usual) {
     Count& count = counts_[command.name + ", " + kind];
     ++count.runs;
     count.peak = std::max(count.peak, outcome.peak_bytes);
@@ -169,10 +169,10 @@ class Campaign : public ::testing::Test {
   }
 
   // One command of a list each time in a sample, all of them in the whole campaign.
-  std::vector<const Command*> some(const std::vector<Command>& commands) {
-    std::vector<const Command*> chosen;
+  std::vector<const CampaignCommand*> some(const std::vector<CampaignCommand>& commands) {
+    std::vector<const CampaignCommand*> chosen;
     if (test::wholeCampaign()) {
-      for (const Command& command : commands) chosen.push_back(&command);
+      for (const CampaignCommand& command : commands) chosen.push_back(&command);
     } else {
       chosen.push_back(&commands[turn_++ % commands.size()]);
     }
@@ -182,7 +182,7 @@ class Campaign : public ::testing::Test {
   bool leavesOut() { return test::kSanitized && !test::wholeCampaign() && cases_++ % 5 != 0; }
   static int rounds() { return test::wholeCampaign() ? 20 : 1; }
 
-  const Outcome& usual(const Command& command, const std::string& set) {
+  const Outcome& usual(const CampaignCommand& command, const std::string& set) {
     auto [found, is_new] = usual_.try_emplace(command.name);
     if (is_new) {
       found->second = run(command, set, path("new.swc"));
@@ -192,10 +192,10 @@ class Campaign : public ::testing::Test {
   }
 
   // The commands on the set at `set`, whose files lie in `folder`, with each file damaged in each way.
-  void damageEveryFile(const std::string& folder, const std::string& set, const std::vector<Command>& commands,
+  void damageEveryFile(const std::string& folder, const std::string& set, const std::vector<CampaignCommand>& commands,
                        const std::string& where) {
-    for (const Command& command : commands) usual(command, set);
-    Random random(kSeed);
+    for (const CampaignCommand& command : commands) usual(command, set);
+    Random random(kCampaignSeed);
     for (int round = 0; round < rounds(); ++round)
       for (const std::string& file : filesBelow(folder)) {
         const std::string good = readBytes(folder + "/" + file);
@@ -203,7 +203,7 @@ class Campaign : public ::testing::Test {
           if (leavesOut()) continue;
           const std::string bad = damage(good, random);
           writeBytes(folder + "/" + file, bad);
-          for (const Command* command : some(commands)) {
+          for (const CampaignCommand* command : some(commands)) {
             SCOPED_TRACE(command->name + where + ", " + kind + " of " + file + ", round " + std::to_string(round));
             judge(*command, kind + where, run(*command, set, path("new.swc")), &usual(*command, set));
           }
@@ -217,14 +217,14 @@ class Campaign : public ::testing::Test {
 
   // The same for input: what it holds may be read in part.
   void damageInput(const std::string& folder, const std::string& input, const std::string& where) {
-    Random random(kSeed);
+    Random random(kCampaignSeed);
     for (int round = 0; round < rounds(); ++round)
       for (const std::string& file : filesBelow(folder)) {
         const std::string good = readBytes(folder + "/" + file);
         for (const auto& [kind, damage] : damages()) {
           if (leavesOut()) continue;
           writeBytes(folder + "/" + file, damage(good, random));
-          for (const Command* command : some(inputReaders())) {
+          for (const CampaignCommand* command : some(inputReaders())) {
             SCOPED_TRACE(command->name + where + ", " + kind + " of " + file + ", round " + std::to_string(round));
             judge(*command, kind + where, run(*command, "", input), nullptr);
           }
@@ -247,8 +247,8 @@ TEST_F(Campaign, DamagedSets) { damageEveryFile(path("good.fil"), path("good.fil
 
 TEST_F(Campaign, DamagedSetsOnAServer) {
   test::HttpServer server(folder_.path());
-  std::vector<Command> commands;
-  for (Command command : readers()) {
+  std::vector<CampaignCommand> commands;
+  for (CampaignCommand command : readers()) {
     if (command.words.front() != "verify" || command.name == "verify")
       command.words.insert(command.words.end(), {"--cache", path("cache")});
     commands.push_back(command);
@@ -270,7 +270,7 @@ TEST_F(Campaign, LyingManifests) {
   for (const auto& [pointer, value] : flat.items())
     if (value.is_number()) numbers.emplace_back(pointer);
   ASSERT_GT(numbers.size(), 20u);
-  for (const Command& command : readers()) usual(command, set);
+  for (const CampaignCommand& command : readers()) usual(command, set);
   std::size_t turn = 0;
   for (const nlohmann::json::json_pointer& number : numbers)
     for (const nlohmann::json& lie : lies) {
@@ -286,7 +286,7 @@ TEST_F(Campaign, LyingManifests) {
       fs::copy(set + "/" + revision, lying + "/" + name.data());
       writeBytes(lying + "/" + name.data() + "/manifest.json", text);
       writeBytes(lying + "/CURRENT", std::string(name.data()) + "\n");
-      for (const Command* command : some(readers())) {
+      for (const CampaignCommand* command : some(readers())) {
         SCOPED_TRACE(command->name + ", " + number.to_string() + " = " + lie.dump());
         judge(*command, "a lying manifest", run(*command, lying, ""), nullptr);
       }
@@ -294,11 +294,11 @@ TEST_F(Campaign, LyingManifests) {
 }
 
 TEST_F(Campaign, ChangesOfDamagedSets) {
-  Random random(kSeed);
+  Random random(kCampaignSeed);
   for (int round = 0; round < rounds(); ++round)
     for (const std::string& file : filesBelow(path("good.fil")))
       for (const auto& [kind, damage] : damages())
-        for (const Command* command : some(changers())) {
+        for (const CampaignCommand* command : some(changers())) {
           if (leavesOut()) continue;
           SCOPED_TRACE(command->name + ", " + kind + " of " + file + ", round " + std::to_string(round));
           const std::string set = path("changed.fil");

@@ -43,7 +43,9 @@ class ForgedSets : public ::testing::Test {
     SCOPED_TRACE(arguments[0] + ": " + outcome.err);
     EXPECT_TRUE(outcome.exit_code == 1 || outcome.exit_code == 3) << outcome.exit_code;
     EXPECT_TRUE(outcome.oneLineOnStderr());
-    if (!test::kSanitized) EXPECT_LT(outcome.peak_bytes, kMostBytes);
+    if (!test::kSanitized) {
+      EXPECT_LT(outcome.peak_bytes, kMostBytes);
+    }
   }
 
   test::TempFolder folder_;

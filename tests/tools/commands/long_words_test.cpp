@@ -222,7 +222,9 @@ TEST_F(LongRequests, GetShortAnswers) {
   const auto expectShort = [](const test::RawClient::Reply& reply) {
     const bool is_answer = reply.status >= 200 && reply.status < 500;  // 503: pictures take turns
     EXPECT_TRUE(reply.status == 0 || is_answer || reply.status == 503) << reply.status;
-    if (reply.status >= 400) EXPECT_LT(reply.body.size(), 1000u) << reply.body.substr(0, 300);
+    if (reply.status >= 400) {
+      EXPECT_LT(reply.body.size(), 1000u) << reply.body.substr(0, 300);
+    }
   };
   for (const char* header : {"Origin", "Host", "Authorization", "Cookie", "Accept", "If-None-Match", "Range",
                              "Content-Type", "Content-Encoding", "Sec-WebSocket-Protocol", "Upgrade", "X-Other"})
