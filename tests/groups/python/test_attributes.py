@@ -43,7 +43,7 @@ def test_ids_keep_all_digits(tmp_path):
         for i in (0, 1):
             assert [c.name for c in opened.where(root=ids[i])] == ["ab"[i]]
             told = run("cells", tmp_path / "a.fil", "--where", f"root={ids[i]}", "--tsv")
-            assert [line.split("\t")[0] for line in told.splitlines()[1:]] == ["ab"[i]]
+            assert [line.split("\t")[1] for line in told.splitlines()[1:]] == ["ab"[i]]
         assert len(run("cells", tmp_path / "a.fil", "--where", f"root>{ids[0]}", "--tsv").splitlines()) == 2
 
 

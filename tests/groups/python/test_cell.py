@@ -128,7 +128,7 @@ def test_path_between_rows_of_nearest(s):
     assert path.samples[-1] == -1
     assert cell.path(hit, int(cell.node_ids[0])).length == pytest.approx(path.length)
     other = s.cells.at((cell.index + 1) % 12)
-    for wrong, error in ((hit, ValueError), (10**15, KeyError), ("x", TypeError), (None, TypeError),
+    for wrong, error in ((hit, ValueError), (10**15, KeyError), ("x", ValueError), (None, TypeError),
                          (s.nearest([middle, middle]), ValueError)):
         with pytest.raises(error, match="start"):
             other.path(wrong, int(other.node_ids[0]))

@@ -35,8 +35,8 @@ def test_rows_are_those_of_the_program(column, s):
 
 
 def test_recordings_are_replayed(s, tmp_path):
-    travel = s.navigate(cell=0, seconds=0.5, record=tmp_path / "a.rec")
-    again = s.navigate(cell=0, seconds=0.5, device=f"replay:{tmp_path / 'a.rec'}")
+    travel = s.navigate(cell=s.cells.at(0), seconds=0.5, record=tmp_path / "a.rec")
+    again = s.navigate(cell=s.cells.at(0), seconds=0.5, device=f"replay:{tmp_path / 'a.rec'}")
     np.testing.assert_array_equal(travel.ticks, again.ticks)
 
 
