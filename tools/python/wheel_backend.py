@@ -79,7 +79,7 @@ def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
         with zipfile.ZipFile(pathlib.Path(wheel_directory) / wheel, "w", zipfile.ZIP_DEFLATED) as archive:
             for name, content in contents.items():
                 entry = zipfile.ZipInfo(name)  # a fixed date: the same contents give the same bytes
-                entry.external_attr = (0o755 if name == "filiform/filiform-hdf5" else 0o644) << 16
+                entry.external_attr = (0o100755 if name == "filiform/filiform-hdf5" else 0o100644) << 16
                 entry.compress_type = zipfile.ZIP_DEFLATED
                 archive.writestr(entry, content)
     return wheel

@@ -26,7 +26,7 @@ def test_a_set_and_a_cell_are_drawn(s):
 
 @pytest.mark.parametrize("options", [
     dict(camera="top"), dict(camera=(30, 20)), dict(camera=[[0, 0, 3000], [0, 0, 0]]), dict(colour_by="type"),
-    dict(orthographic=True), dict(highlight=1), dict(proxy=[0, 700, 0], zoom=100), dict(box=[[0, 0, 0], [100, 100, 100]])])
+    dict(orthographic=True), dict(highlight="cell_00001"), dict(proxy=[0, 700, 0], zoom=100), dict(box=[[0, 0, 0], [100, 100, 100]])])
 def test_options_change_the_picture(s, options):
     plain = ff.render(s, size=(160, 100))
     assert (ff.render(s, size=(160, 100), **options) != plain).any()

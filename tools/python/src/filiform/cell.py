@@ -122,7 +122,7 @@ class Cell:
     @cached_property
     def edges(self) -> Array:
         """(E, 2), uint32: the rows of `ends` whose two ends differ, as CloudVolume's Skeleton has them."""
-        edges = self.ends[self.ends[:, 0] != self.ends[:, 1]]
+        edges: Array = self.ends[self.ends[:, 0] != self.ends[:, 1]]
         edges.flags.writeable = False
         return edges
 
