@@ -191,7 +191,7 @@ TEST_F(Promises, OptionsThatExcludeEachOtherAreRefusedTogether) {
   forEachOption(
       [&](const Given& good, const Json& option, const std::string& name) {
         for (const Json& other : option.at("excludes")) {
-          if (option.at("values") != 0) continue;
+          if (option.at("values") != 0 || other == "--box" || other == "--ray") continue;  // these take six values
           expectRefusal(test::runHere(with(good, {name, other.get<std::string>()})), {name, other.get<std::string>()});
           ++tried;
         }
@@ -298,7 +298,7 @@ TEST_F(Promises, CountsOfOneAreSingular) {
 }
 
 TEST_F(Promises, TheFirstWrongCoordinateIsNamed) {
-  expectRefusal(test::runHere({"nearest", "set.fil", "a", "b", "c"}), {"X is 'a'"});
+  expectRefusal(test::runHere({"nearest", "set.fil", "a", "b", "c"}), {"x is 'a'"});
   test::writeBytes("p.txt", "x y z\n");
   expectRefusal(test::runHere({"nearest", "set.fil", "--points", "p.txt"}), {"p.txt:1: x is 'x'"});
   test::writeBytes("p.txt",

@@ -45,10 +45,14 @@ class Cell:
     def __init__(self, owner: Owner, index: int) -> None:
         self.set: Any = owner  # the Set
         self.index = index
-        record = owner._handle.cell_record(index)
+        self._record  # raises for an unknown index
+
+    @cached_property
+    def _record(self) -> tuple[bytes, bytes, int, int, int, int, Array | None]:
+        record: tuple[bytes, bytes, int, int, int, int, Array | None] | None = self.set._handle.cell_record(self.index)
         if record is None:
-            raise KeyError(f"no cell with index {index} in {owner.path}")
-        self._record = record
+            raise KeyError(f"no cell with index {self.index} in {self.set.path}")
+        return record
 
     @property
     def name(self) -> str:
@@ -235,7 +239,7 @@ class Cell:
         return render(self, **options)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return Cell, (self.set, self.index)
+        return _again, (self.set, self.index)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Cell) and self.index == other.index and self.set == other.set
@@ -254,3 +258,10 @@ class Cell:
 
     def _scene(self) -> tuple[Owner, int | None, Array | None]:
         return self.set, self.index, self.bounds
+
+
+def _again(owner: Owner, index: int) -> Cell:
+    """A cell of a pickle. What is wrong with its set is raised when the cell is used."""
+    cell = Cell.__new__(Cell)
+    cell.set, cell.index = owner, index
+    return cell

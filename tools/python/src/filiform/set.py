@@ -406,8 +406,24 @@ class Set:
         return render(self, **options)
 
 
+class _Unopened(Set):
+    """A set of a pickle that cannot be opened here. Its use raises the reason: a worker of multiprocessing that raised while it
+    reads its task would end, and the caller would wait for ever."""
+
+    def __init__(self, path: str, budget: int, reason: OSError) -> None:
+        self._path, self._budget, self._reason = path, budget, reason
+        self._cells = None
+
+    @property
+    def _handle(self) -> Any:  # type: ignore[override]
+        raise self._reason
+
+
 def _reopen(path: str, revision: str, budget: int) -> Set:
-    return Set(path, budget=budget, revision=revision)
+    try:
+        return Set(path, budget=budget, revision=revision)
+    except OSError as reason:
+        return _Unopened(path, budget, reason)
 
 
 def _names(fields: Union[str, Iterable[str]]) -> tuple[str, ...]:
