@@ -51,33 +51,39 @@ InputReport h5Morphology(const std::vector<std::array<double, 4>>& points,
   GraphBuilder graph(options);
   NeuriteSections sections(graph, options.soma_links);
   const auto count = static_cast<std::int64_t>(points.size());
-  const auto boundOf = [&](std::size_t section) {  // of its points: where it begins, and the section before it ends
-    return section < structure.size() ? std::clamp<std::int64_t>(structure[section][0], 0, count) : count;
-  };
-  const auto dropPoints = [&](std::int64_t first, std::int64_t end, std::string_view why) {
-    for (std::int64_t i = first; i < end; ++i)
-      graph.dropNode(InputCode::W_BAD_LINE, static_cast<std::uint64_t>(i) + 1, why);
-  };
-  dropPoints(0, boundOf(0), "of no section");
+  // Where each section ends: where the next one begins that does not begin before it. -1: a section without points.
+  std::vector<std::int64_t> end(structure.size(), -1);
+  std::int64_t covered = count;  // the first point of a section
+  std::size_t last = structure.size();
+  for (std::size_t s = 0; s < structure.size(); ++s) {
+    const std::int64_t first = structure[s][0];
+    if (first < 0 || first >= count || (last < s && first < structure[last][0])) continue;
+    if (last < s)
+      end[last] = first;
+    else
+      covered = first;
+    end[s] = count;
+    last = s;
+  }
+  for (std::int64_t i = 0; i < covered; ++i)
+    graph.dropNode(InputCode::W_BAD_LINE, static_cast<std::uint64_t>(i) + 1, "of no section");
   std::vector<std::uint32_t> number(structure.size(),
                                     NeuriteSections::kNoSection);  // of a section or what it is part of
   std::vector<SectionPoint> part;
-  std::int64_t reached = boundOf(0);
   for (std::size_t s = 0; s < structure.size(); ++s) {
-    const auto [stated, type, parent] = structure[s];
-    const std::int64_t first = std::max(reached, boundOf(s)), end = std::max(first, boundOf(s + 1));
-    reached = end;
-    const auto place = static_cast<std::uint64_t>(first) + 1;
+    const auto [first, type, parent] = structure[s];
+    const auto place = static_cast<std::uint64_t>(std::clamp<std::int64_t>(first, 0, count)) + 1;
     const std::string token = "section " + std::to_string(s);
     // No section: -1, other negative numbers, and -1 read as unsigned; the first section as its own parent.
     const bool root = parent < 0 || parent >= UINT32_MAX || (s == 0 && parent == 0);
     const bool known = !root && parent < static_cast<std::int64_t>(s);
     if (known) number[s] = number[static_cast<std::size_t>(parent)];
-    if (first == end || stated < 0 || stated > count)
+    if (first >= end[s]) {
       graph.remark(InputCode::W_ELEMENT, place, token + " has no points");
-    if (first == end) continue;
+      continue;
+    }
     part.clear();
-    for (std::int64_t i = first; i < end; ++i) {
+    for (std::int64_t i = first; i < end[s]; ++i) {
       const auto& p = points[static_cast<std::size_t>(i)];
       part.push_back({{p[0], p[1], p[2]}, p[3] / 2, static_cast<std::uint64_t>(i) + 1});
     }

@@ -28,10 +28,10 @@ InputReport readH5Morphology(Hdf5Process& process, const std::string& file, cons
                              const SwcOptions& options, const std::function<void(std::uint64_t points)>& check,
                              Cell& cell);
 
-// The same from the arrays of a morphology. Every point with a position is kept, as in SWC: a section without points is
-// left out (W_ELEMENT), and what follows it continues its parent; the link to a parent that does not come before it is
-// cut (W_MISSING_PARENT); a point of no section is dropped (W_BAD_LINE). A negative parent, or -1 of an unsigned array,
-// is none.
+// The same from the arrays of a morphology. Every point with a position is kept, as in SWC: a section without points,
+// or that begins before the one before it, is left out (W_ELEMENT), and what follows it continues its parent; the link
+// to a parent that does not come before it is cut (W_MISSING_PARENT); a point of no section is dropped (W_BAD_LINE). A
+// negative parent, or -1 of an unsigned array, is none.
 InputReport h5Morphology(const std::vector<std::array<double, 4>>& points,
                          const std::vector<std::array<std::int64_t, 3>>& structure, std::string_view file,
                          const SwcOptions& options, Cell& cell);
