@@ -2,13 +2,10 @@
 #include "index/attributes/cell_attributes.h"
 #include "index/attributes/cell_filter.h"
 #include "index/errors.h"
-#include "index/query/cell_graph.h"
-#include "index/query/cell_paths.h"
-#include "index/query/nearest.h"
 #include "index/set/tile_set.h"
 #include "index/text.h"
-#include "solver/graph/graph_view.h"
 #include "solver/travel/places/cell_place_text.h"
+#include "solver/travel/places/place_finder.h"
 #include "solver/travel/run/recorded_options.h"
 #include "solver/travel/run/run.h"
 #include "solver/travel/session/session.h"
@@ -100,70 +97,29 @@ struct Proxy {
   std::optional<Junction> junction;
 };
 
-// The place given by --proxy or --at, moved to the nearest neurite.
-NearestResult placeNamed(const TileStore& store, const RenderArguments& a) {
-  const Nearest nearest(store);
+// The place given by --proxy or --at, on the nearest neurite.
+ProxyPlace placeNamed(const TileStore& store, const PlaceFinder& finder, const RenderArguments& a) {
   if (!a.proxy.empty()) {
-    const std::vector<NearestResult> found = nearest.find(parsePoint("--proxy", a.proxy));
-    if (found.empty()) throw InputError("--proxy: the scene has no segment");
-    return found.front();
+    const auto found = finder.nearest(parsePoint("--proxy", a.proxy));
+    if (!found) throw InputError("--proxy: the scene has no segment");
+    return found->place;
   }
   const CellPlaceText text = parseCellPlace("--at", a.at);
   const std::uint32_t cell = findCellNamed(store, text.cell, "--at");
-  const CellPaths paths(readCell(store, cell, text.soma));
-  const Vector3d p_W = paths.position_W(placesOf(paths, text).front());
-  // A place between two samples lies on its segment up to rounding.
-  for (const NearestResult& result : nearest.find(p_W, {.k = SIZE_MAX, .max_distance_um = 1e-3}))
-    if (result.segment.cell == cell) return result;
-  throw InputError("--at " + inShort(a.at) + ": the sample has no segment");
+  const std::shared_ptr<const CellWalk> walk = finder.walk(cell);
+  return finder.at(*walk, cell, placesOf(walk->paths(), text).front());
 }
 
-// Finds forks near the proxy. Loads the tiles that the search needs, and keeps up to 512 of them.
-class Forks {
- public:
-  explicit Forks(const TileStore& store) : store_(store), somata_(store) { forget(); }
-
-  ProxyPlace placeOf(const NearestResult& found) {
-    if (table_->find(found.tile) == nullptr) load(found.tile);
-    const GraphView::SegmentRef on = graph_->segment(found.tile, found.segment);
-    return graph_->placeOn(*on.tile, on.segment, found.t, found.p_W);
-  }
-
-  std::optional<Junction> near(const ProxyPlace& place, const Vector3d& heading_W, double zoom_um) {
-    constexpr std::size_t kMostTiles = 512;
-    if (tiles_.size() > kMostTiles) forget();
-    if (table_->find(place.tile) == nullptr) load(place.tile);
-    for (int round = 0;; ++round) {
-      JunctionSearch search =
-          findJunction(*graph_, place, heading_W, zoom_um / 2, zoom_um / 10, kMostJunctionSegments, &somata_);
-      // A nearer fork may be in a tile that is not loaded yet.
-      if (search.absent.empty() || round == 64) return std::move(search.junction);
-      for (const TileId tile : search.absent) load(tile);
-    }
-  }
-
- private:
-  void load(TileId tile) {
-    tiles_.push_back(store_.load(tile));
-    table_->add(*tiles_.back());
-  }
-  void forget() {
-    table_ = std::make_unique<TileTable>(store_.tile_count());
-    graph_ = std::make_unique<GraphView>(*table_, store_.leaves(), store_.grid());
-    tiles_.clear();
-  }
-
-  const TileStore& store_;
-  std::vector<std::shared_ptr<const Tile>> tiles_;
-  std::unique_ptr<TileTable> table_;
-  std::unique_ptr<GraphView> graph_;
-  SomaFinder somata_;
-};
+// The fork near a place that is drawn beside the proxy.
+std::optional<Junction> forkNear(const PlaceFinder& finder, const ProxyPlace& place, const Vector3d& heading_W,
+                                 double zoom_um) {
+  return finder.junction(place, heading_W, zoom_um / 2, zoom_um / 10);
+}
 
 Proxy findProxy(const TileStore& store, const RenderArguments& a) {
-  const NearestResult found = placeNamed(store, a);
-  Forks forks(store);
-  return {found.p_W, forks.near(forks.placeOf(found), Vector3d::Zero(), a.zoom_um)};
+  const PlaceFinder finder(store);
+  const ProxyPlace place = placeNamed(store, finder, a);
+  return {place.p_W, forkNear(finder, place, Vector3d::Zero(), a.zoom_um)};
 }
 
 Camera cameraOf(const RenderArguments& a, const SceneView& scene, const std::optional<Proxy>& proxy,
@@ -265,7 +221,7 @@ SceneFigures drawFilm(const TileStore& store, const RenderArguments& a,
   const double aspect = eyeSize(frame.stereo, frame.size).aspect();
   Film film(a.out, frame.size.width, frame.size.height, a.pictures_s);
   if (!film.note().empty()) std::cerr << "filiform: note: " << film.note() << '\n';
-  Forks forks(store);
+  const PlaceFinder finder(store);
   Workspace workspace(WorkspaceOptions{});
   SceneFigures figures;
   Vector3d last_W = Vector3d::Zero();
@@ -277,9 +233,8 @@ SceneFigures drawFilm(const TileStore& store, const RenderArguments& a,
     const double time_s = seen.time_s - first_s;
     if (time_s < static_cast<double>(film.pictures()) / a.pictures_s) return;
     workspace.lay(seen.centre_W, seen.rotation_WD, seen.zoom_um);
-    std::optional<Junction> junction;
     const Vector3d heading_W = film.pictures() > 0 ? Vector3d(seen.p_W - last_W) : Vector3d(Vector3d::Zero());
-    if (seen.place.valid()) junction = forks.near(seen.place, heading_W, seen.zoom_um);
+    const std::optional<Junction> junction = forkNear(finder, seen.place, heading_W, seen.zoom_um);
     last_W = seen.p_W;
     frame.workspace = &workspace;
     frame.proxy_W = seen.p_W;

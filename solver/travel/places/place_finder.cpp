@@ -119,6 +119,12 @@ ProxyPlace PlaceFinder::atSample(const CellWalk& walk, std::uint32_t cell, std::
   return place;
 }
 
+ProxyPlace PlaceFinder::at(const CellWalk& walk, std::uint32_t cell, const CellPlace& place) const {
+  if (place.t == 0 || place.t == 1) return atSample(walk, cell, place.t == 0 ? place.child : place.parent);
+  // The home of the child holds the segment.
+  return impl_->at(impl_->store.home(walk.graph().positions[place.child]), {cell, place.segment}, place.t);
+}
+
 std::shared_ptr<const CellWalk> PlaceFinder::walk(std::uint32_t cell, const std::atomic<bool>* stop) const {
   return std::make_shared<const CellWalk>(readCell(impl_->store, cell, true, stop));
 }
@@ -155,10 +161,7 @@ ProxyPlace PlaceFinder::find(const CellQuery& query) const {
   }
   if (!query.place) return soma(cells[0]);
   const std::shared_ptr<const CellWalk> read = walk(cells[0]);
-  const CellPlace place = placesOf(read->paths(), *query.place).front();
-  if (place.t == 0 || place.t == 1) return atSample(*read, cells[0], place.t == 0 ? place.child : place.parent);
-  // The home of the child holds the segment.
-  return impl_->at(impl_->store.home(read->graph().positions[place.child]), {cells[0], place.segment}, place.t);
+  return at(*read, cells[0], placesOf(read->paths(), *query.place).front());
 }
 
 std::optional<Junction> PlaceFinder::junction(const ProxyPlace& place, const Vector3d& heading_W, double reach_um,

@@ -36,6 +36,8 @@ class PlaceFinder {
   std::optional<Picked> anyNear(const Vector3d& p_W) const;
   // The place of sample `node` (rank) of a cell that walk() has read.
   ProxyPlace atSample(const CellWalk& walk, std::uint32_t cell, std::uint32_t node) const;
+  // A place on a cell that walk() has read. Reads its tile.
+  ProxyPlace at(const CellWalk& walk, std::uint32_t cell, const CellPlace& place) const;
   // Reads the cell as readCell() does. O(segments of the cell).
   std::shared_ptr<const CellWalk> walk(std::uint32_t cell, const std::atomic<bool>* stop = nullptr) const;
   // The place that the user asks for. Throws UsageError, with a line for the user, if there is none.
