@@ -376,8 +376,8 @@ bool Output::isStandardOutput() const noexcept {
 void refuseInputName(const std::string& folder) {
   std::string name = folder;
   while (name.size() > 1 && name.back() == '/') name.pop_back();
-  for (const std::string_view ending :
-       {".swc", ".asc", ".edges", ".obj", ".vtk", ".h5", ".json", ".shard", ".zip", ".tar", ".tgz", ".gz"})
+  for (const std::string_view ending : {".swc", ".eswc", ".swc.txt", ".asc", ".edges", ".obj", ".vtk", ".h5", ".json",
+                                        ".shard", ".zip", ".tar", ".tgz", ".gz"})
     if (endsWithNoCase(name, ending))
       throw InputError(escaped(name) + ": is the name of an input (" + std::string(ending) +
                        "), not of a folder to write; choose another name, such as " +

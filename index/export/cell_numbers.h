@@ -19,7 +19,6 @@ class CellNumbers {
   // once for each 256 cells; it may throw to stop. Throws what the store throws. O(cells).
   explicit CellNumbers(const TileStore& store, const std::function<void()>& check = {});
 
-  bool areNames() const { return names_; }
   // The number of a cell. Requires cell < cell_count() and that it is not removed. Throws what the store throws.
   std::uint64_t of(std::uint32_t cell) const;
   // The cell with a number; nullopt: none, or it is removed. Throws what the store throws. O(log cells).

@@ -1,5 +1,7 @@
 #include "tools/program/progress.h"
 
+#include "index/count_text.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -17,13 +19,6 @@ namespace {
 constexpr auto kBetweenLines = std::chrono::milliseconds(100);
 
 ProgressStyle chosen_style = ProgressStyle::automatic;
-
-std::string groupedCount(std::uint64_t n) {
-  std::string digits = std::to_string(n);
-  for (int at = static_cast<int>(digits.size()) - 3; at > 0; at -= 3)
-    digits.insert(static_cast<std::size_t>(at), 1, ' ');
-  return digits;
-}
 
 std::string scaledBytes(double bytes) {
   static constexpr const char* kUnits[] = {"B", "KiB", "MiB", "GiB", "TiB"};
@@ -117,7 +112,7 @@ void Progress::finish() {
 
 std::string Progress::amounts(const ProgressOptions& options, std::uint64_t done, double counting_s) {
   const bool bytes = options.unit == ProgressUnit::bytes;
-  const auto amount = [&](std::uint64_t n) { return bytes ? scaledBytes(static_cast<double>(n)) : groupedCount(n); };
+  const auto amount = [&](std::uint64_t n) { return bytes ? scaledBytes(static_cast<double>(n)) : formatCount(n); };
   const double rate = counting_s > 0 ? static_cast<double>(done) / counting_s : 0;
   std::string text = amount(done);
   if (options.total > 0) text += " of " + amount(options.total);
@@ -127,7 +122,7 @@ std::string Progress::amounts(const ProgressOptions& options, std::uint64_t done
     std::snprintf(number, sizeof number, rate < 10 ? "%.1f" : "%.0f", rate);
     text += ", " +
             (bytes         ? scaledBytes(rate)
-             : rate >= 1e4 ? groupedCount(static_cast<std::uint64_t>(rate))
+             : rate >= 1e4 ? formatCount(static_cast<std::uint64_t>(rate))
                            : number) +
             "/s";
     if (options.total > done) text += ", " + duration(*timeLeft_s(options, done, counting_s)) + " left";

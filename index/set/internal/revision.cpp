@@ -15,10 +15,6 @@ constexpr std::uint64_t kFirstPiece = std::uint64_t{4}
 // larger one, since an address does not compare sizes.
 constexpr std::uint64_t kMostUnasked = std::uint64_t{16} << 20;
 
-}  // namespace
-
-namespace {
-
 std::string setFolderOf(const std::string& file) { return file.substr(0, file.rfind('/')); }
 
 }  // namespace
