@@ -78,7 +78,7 @@ InputReport h5Morphology(const std::vector<std::array<double, 4>>& points,
     const bool root = parent < 0 || parent >= UINT32_MAX || (s == 0 && parent == 0);
     const bool known = !root && parent < static_cast<std::int64_t>(s);
     if (known) number[s] = number[static_cast<std::size_t>(parent)];
-    if (first >= end[s]) {
+    if (first < 0 || first >= end[s]) {
       graph.remark(InputCode::W_ELEMENT, place, token + " has no points");
       continue;
     }

@@ -43,6 +43,8 @@ TEST(H5Morphology, WhatHasAPositionIsKept) {
   EXPECT_EQ(h5Row(line(4), {{0, 1, -1}, {2, 3, 0}, {4, 3, 7}}),
             "warn 5 4 0 1 SOMA_CONTOUR:1 SOMA_LINK:2 W_MISSING_PARENT:1");
   EXPECT_EQ(h5Row(line(4), {{2, 3, 0}}), "warn 4 3 2 0 W_BAD_LINE:2") << "points of no section, and no soma";
+  EXPECT_EQ(h5Row(line(4), {{0, 1, -1}, {-3, 3, 0}, {2, 3, 0}}), "warn 5 4 0 0 SOMA_CONTOUR:1 SOMA_LINK:1 W_ELEMENT:1")
+      << "a section that begins before the first point has none";
 }
 
 TEST(H5Morphology, WhatFollowsAnEmptySectionContinuesItsParent) {
