@@ -1,6 +1,7 @@
 #include "device/bridge/bridge_device.h"
 
 #include "device/bridge/bridge_protocol.h"
+#include "device/vector_length.h"
 
 #include <algorithm>
 #include <arpa/inet.h>
@@ -252,8 +253,8 @@ struct BridgeDevice::Impl {
   void takeOrientation(const fb_state& s) noexcept {
     Orientation read;
     std::copy_n(s.orientation, 4, read.coeffs().data());
-    const double length = read.coeffs().stableNorm();
-    if (std::abs(length - 1) > 0.1)
+    const double length = read.norm();
+    if (!(std::abs(length - 1) <= 0.1))
       ++counters.strange;
     else
       state.orientation_D.coeffs() = read.coeffs() / length;
@@ -411,7 +412,7 @@ DeviceState BridgeDevice::exchange(const Wrench& wrench) noexcept {
   if (!d.is_open || d.state.status == DeviceStatus::fault) return d.state;
   const bool is_ready = d.state.status == DeviceStatus::ready;
   Wrench sent = is_ready ? finiteOrZero(wrench) : Wrench{};
-  const double strength_N = sent.force_N.stableNorm();
+  const double strength_N = lengthOf(sent.force_N);
   if (strength_N > d.capabilities.peak_force_N) {
     const double part = d.capabilities.peak_force_N / strength_N;
     sent.force_N *= part;

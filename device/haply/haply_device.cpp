@@ -1,6 +1,7 @@
 #include "device/haply/haply_device.h"
 
 #include "device/haply/internal/haply_link.h"
+#include "device/vector_length.h"
 
 #include <algorithm>
 #include <array>
@@ -364,8 +365,7 @@ struct HaplyDevice::Impl {
     Eigen::Vector3d force_H = Eigen::Vector3d::Zero();
     if (!stale) {
       force_H = toH(finiteOrZero(wrench).force_N);
-      // stableNorm: the square of a huge but finite force would overflow.
-      const double strength_N = force_H.stableNorm();
+      const double strength_N = lengthOf(force_H);
       if (strength_N > kMostForce_N) force_H *= kMostForce_N / strength_N;
       force_H *= std::clamp((now_s - ramp_from_s) / options.ramp_s, 0.0, 1.0);
     }

@@ -1,5 +1,7 @@
 #include "device/simulated/simulated_hand.h"
 
+#include "device/vector_length.h"
+
 #include <array>
 #include <cmath>
 
@@ -135,8 +137,7 @@ DeviceState SimulatedHand::exchange(const Wrench& wrench) noexcept {
   Impl& d = *impl_;
   if (d.status != DeviceStatus::ready) return d.state(Eigen::Vector3d::Zero());
   Eigen::Vector3d force_N = finiteOrZero(wrench).force_N;
-  // stableNorm: the square of a huge but finite force would overflow.
-  const double strength_N = force_N.stableNorm();
+  const double strength_N = lengthOf(force_N);
   if (strength_N > d.options.peak_force_N) force_N *= d.options.peak_force_N / strength_N;
   const Eigen::Vector3d drive_N = d.options.hand.stiffness_N_m * d.target_D + d.delayed(force_N);
   const Eigen::Vector3d p_D = d.p_D;

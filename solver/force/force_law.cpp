@@ -1,5 +1,6 @@
 #include "solver/force/force_law.h"
 
+#include "device/vector_length.h"
 #include "solver/force/internal/option_check.h"
 
 #include <algorithm>
@@ -14,13 +15,6 @@ using Eigen::Vector3d;
 using internal::isNotNegative;
 using internal::isPositive;
 using internal::require;
-
-// The length, without overflow in between. Infinite or NaN only if the length itself is not representable.
-double lengthOf(const Vector3d& v) {
-  if (!(v.cwiseAbs().sum() <= std::numeric_limits<double>::max())) return std::numeric_limits<double>::infinity();
-  const double largest = v.cwiseAbs().maxCoeff();
-  return largest > 0 ? largest * (v / largest).norm() : 0.0;
-}
 
 }  // namespace
 

@@ -1,5 +1,6 @@
 #include "solver/force/passivity.h"
 
+#include "device/vector_length.h"
 #include "index/errors.h"
 #include "solver/force/internal/option_check.h"
 
@@ -63,7 +64,7 @@ Vector3d PassivityController::apply(const Vector3d& force_N, const Vector3d& h_D
   Vector3d allowed_N = force_N;
   if (e < 0 && has_time) {
     const Vector3d v_D = dh_D / dt_s;
-    const double speed_m_s = v_D.stableNorm();
+    const double speed_m_s = lengthOf(v_D);
     if (speed_m_s > kLeastSpeed_m_s && std::isfinite(speed_m_s))
       allowed_N -= std::min(options_.max_damping_Ns_m, -e / (dt_s * speed_m_s) / speed_m_s) * v_D;
   }

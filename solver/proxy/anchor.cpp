@@ -1,5 +1,6 @@
 #include "solver/proxy/anchor.h"
 
+#include "device/vector_length.h"
 #include "index/errors.h"
 
 #include <algorithm>
@@ -44,8 +45,8 @@ const Vector3d& Anchor::advance(const Vector3d& moved_D, const Vector3d& h_D, do
     offset_D_.setZero();
     return offset_D_;
   }
-  const double length = offset_D_.stableNorm();
-  const double share_m_s = options_.hand_share * v_D_.stableNorm();
+  const double length = lengthOf(offset_D_);
+  const double share_m_s = options_.hand_share * lengthOf(v_D_);
   const double step = (options_.speed_m_s + std::min(share_m_s, options_.most_share_m_s)) * dt;
   if (!std::isfinite(length) || !std::isfinite(share_m_s) || !std::isfinite(step)) {
     reset();

@@ -62,7 +62,7 @@ void Navigation::turn(const Vector3d& twist_D, double dt_s) noexcept {
 }
 
 void Navigation::turnWithStylus(const DeviceState& device) noexcept {
-  const bool is_rotation = std::abs(device.orientation_D.coeffs().stableNorm() - 1) < 1e-3;
+  const bool is_rotation = std::abs(device.orientation_D.norm() - 1) < 1e-3;
   const bool held = is_rotation && (device.buttons & clutch_) != 0;
   if (held && state_.turns) {
     const Orientation step = device.orientation_D * state_.stylus_D.conjugate();

@@ -1,5 +1,6 @@
 #include "solver/workspace/rate_control.h"
 
+#include "device/vector_length.h"
 #include "index/errors.h"
 
 #include <algorithm>
@@ -33,7 +34,7 @@ Vector3d RateControl::probe(const Vector3d& p_D, const Vector3d& v_D, double dt_
     offset_D_.setZero();
   } else {
     offset_D_ += step;
-    const double length = offset_D_.stableNorm();
+    const double length = lengthOf(offset_D_);
     if (length > options_.leash_m) offset_D_ *= options_.leash_m / length;
     if (!offset_D_.allFinite()) offset_D_.setZero();
   }
@@ -46,7 +47,7 @@ void RateControl::moveProxy(const Vector3d& p_D) noexcept {
   if (!offset_D_.allFinite()) offset_D_.setZero();
 }
 
-double RateControl::strain() const noexcept { return offset_D_.stableNorm() / options_.leash_m; }
+double RateControl::strain() const noexcept { return lengthOf(offset_D_) / options_.leash_m; }
 
 double RateControl::zoomFactor(double about_z_rad_s, double dt_s) const noexcept {
   const double exponent = options_.zoom_per_rad * about_z_rad_s * dt_s;

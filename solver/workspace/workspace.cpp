@@ -1,5 +1,6 @@
 #include "solver/workspace/workspace.h"
 
+#include "device/vector_length.h"
 #include "index/errors.h"
 
 #include <algorithm>
@@ -93,7 +94,7 @@ Vector3d Workspace::drift(const Vector3d& proxy_W, const Vector3d& p_D, double d
       shift[axis] = std::copysign(std::min(excess, depth * most), from_centre[axis]);
     }
   }
-  const double length = shift.stableNorm();
+  const double length = lengthOf(shift);
   if (length == 0.0) {
     centring_ = false;
     return shift;

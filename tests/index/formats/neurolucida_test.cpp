@@ -26,7 +26,7 @@ GraphReading readAsc(const std::string& text, bool soma_links = true) {
   return test::readAs(GraphFormat::kNeurolucida, text, options);
 }
 
-double lengthOf(const Cell& cell) {
+double lengthFrom(const Cell& cell) {
   double length = 0;
   for (std::uint32_t s = 0; s < cell.segmentRanks(); ++s) {
     const auto [child, parent] = cell.ends(s);
@@ -115,7 +115,7 @@ TEST(Neurolucida, ATreeThatBeginsOnAnotherIsJoinedThere) {
   for (const std::string& text : {kSoma + dendrite + axon, axon + kSoma + dendrite}) {
     const GraphReading reading = readAsc(text);
     EXPECT_EQ(readingRow(reading), "accept 7 6 0 0 REPEATED_POINT:1 SOMA_CONTOUR:1 SOMA_LINK:1");
-    EXPECT_NEAR(lengthOf(reading.cell), 6 + 54 + 20, 1e-9);
+    EXPECT_NEAR(lengthFrom(reading.cell), 6 + 54 + 20, 1e-9);
   }
   // Trees that begin on each other, and a tree that meets its own beginning: no ring.
   EXPECT_EQ(readingRow(readAsc("((Axon) (0 0 0 1) (9 0 0 1))((Axon) (9 0 0 1) (0 0 0 1))")),
@@ -201,7 +201,7 @@ TEST(Neurolucida, ACellInAscIsThatInSwc) {
   };
   EXPECT_NEAR(neurites(asc), 21728.719846, 1e-4);  // an independent reading of the SWC file
   EXPECT_NEAR(neurites(asc), neurites(swc), 1e-4);
-  EXPECT_NEAR(lengthOf(free), neurites(swc), 1e-4);
+  EXPECT_NEAR(lengthFrom(free), neurites(swc), 1e-4);
   // The same places: the SWC file repeats those at which branches begin.
   const auto places = [](const Cell& cell) {
     std::set<std::array<double, 3>> found;
