@@ -13,7 +13,10 @@
 namespace filiform::test {
 
 ServedSets::ServedSets(tools::AccessRules rules, std::uint64_t budget_bytes) : access(std::move(rules)) {
-  CellList column(randomColumn(5, 10, 400, 300));
+  std::vector<Cell> cells = randomColumn(5, 10, 400, 300);
+  for (std::size_t i = 0; i < cells.size(); ++i)
+    cells[i].attributes = {{"layer", static_cast<std::int64_t>(i)}, {"mtype", i % 2 == 0 ? "L5 even" : "L5 odd"}};
+  CellList column(std::move(cells));
   ingest(column, folder / "column.fil", {.capacity = 128, .levels = true});
   writeBytes(folder / "fork.swc",
              "1 1 0 0 0 5 -1\n2 3 10 0 0 2 1\n3 3 13 4 0 1 2\n4 3 10 -10 0 1 2\n5 4 10 -20 0 0.5 4\n");

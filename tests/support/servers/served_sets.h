@@ -14,7 +14,7 @@
 
 namespace filiform::test {
 
-// `column.fil`: ten random neurons, with levels of detail. `fork.fil`: the cells fork (samples 1 to 5) and square (with
+// `column.fil`: ten random neurons of layers 0 to 9, with levels of detail. `fork.fil`: the cells fork (samples 1 to 5) and square (with
 // a loop).
 class ServedSets {
  public:

@@ -1,4 +1,5 @@
 // The answers of the routes cells, cells/NAME and path.
+#include "index/attributes/cell_filter.h"
 #include "index/query/cell_graph.h"
 #include "index/query/cell_paths.h"
 #include "index/set/glob.h"
@@ -53,6 +54,25 @@ Json samplesJson(const CellGraph& graph) {
   return json;
 }
 
+// The cells that meet `conditions`, which `;` parts; nullopt without any.
+std::optional<std::vector<bool>> cellsWhere(const ServedSet& served, const std::optional<std::string>& conditions) {
+  if (!conditions) return std::nullopt;
+  if (served.set().cell_count() > limits::kScannedCells)
+    throw Refusal(413, "where: the set has more than " + std::to_string(limits::kScannedCells) +
+                           " cells; use filiform cells --where on the set's files");
+  std::vector<std::string> each;
+  std::istringstream text(*conditions);
+  for (std::string condition; std::getline(text, condition, ';');) each.push_back(condition);
+  if (each.empty()) each.emplace_back();
+  std::vector<bool> chosen(served.set().cell_count());
+  try {
+    for (const std::uint32_t cell : CellFilter(each).select(served.set(), served.attributes())) chosen[cell] = true;
+  } catch (const UsageError& error) {
+    throw Refusal(400, std::string(error.what()).substr(std::string_view("--").size()));
+  }
+  return chosen;
+}
+
 // One record a sample. `parent` is a record's position, -1 for a root.
 std::string samplesNpy(const CellGraph& graph) {
   std::string bytes = npyHeader(
@@ -81,6 +101,7 @@ void refuseLargeCell(const CellRecord& cell) {
 Answer cellsAnswer(const Call& call) {
   const TileStore& store = call.served->store();
   const std::string glob = call.request.parameter("name").value_or("*");
+  const auto chosen = cellsWhere(*call.served, call.request.parameter("where"));
   const std::uint32_t count = store.cell_count();
   std::uint64_t cell = call.request.whole("cursor", 0, UINT32_MAX).value_or(0);
   nlohmann::ordered_json rows = nlohmann::ordered_json::array();
@@ -89,7 +110,7 @@ Answer cellsAnswer(const Call& call) {
     if (scanned % 256 == 0) TimedStore::check();
     const auto id = static_cast<std::uint32_t>(cell);
     const CellRecord& record = store.cell(id);
-    if (record.removed || !matchesName(glob, record.name)) continue;
+    if (record.removed || (chosen && !(*chosen)[id]) || !matchesName(glob, record.name)) continue;
     rows.push_back(cellJson(id, record, store.grid()));
     rows.back().erase("length_um");  // not measured
     if (!call.served->attributes().empty())

@@ -152,6 +152,8 @@ const std::vector<Route>& routeTable() {
        kJsonType,
        {{"name", "string",
          "list the cells whose whole name matches; * stands for any text, ? for any byte; letter case does not count"},
+        {"where", "string",
+         "list the cells that meet all conditions on attributes, such as layer>=4;mtype=L5_*, as cells --where does"},
         {"cursor", "string", "continue a list: the cursor of its last answer"}},
        false,
        cellsAnswer},

@@ -30,6 +30,19 @@ TEST(CellAnswer, ListsMatchNames) {
   EXPECT_EQ(sets.get("/v1/sets/fork/cells?cursor=x").status, 400u);
 }
 
+TEST(CellAnswer, ConditionsOnAttributesChooseTheCells) {
+  const test::ServedSets sets;
+  const Json found = sets.json("/v1/sets/column/cells?where=layer%3E=4;mtype=*odd");
+  ASSERT_EQ(found.at("cells").size(), 3u);
+  EXPECT_EQ(found["cells"][0].at("attributes").at("layer"), 5);
+  EXPECT_EQ(sets.json("/v1/sets/column/cells?where=layer%3C=4&cursor=3").at("cells").size(), 2u);
+  for (const char* const wrong : {"where=depth=3", "where=", "where=layer", "where=layer%3E=x", "where=;"}) {
+    const Answer answer = sets.get(std::string("/v1/sets/column/cells?") + wrong);
+    EXPECT_EQ(answer.status, 400u) << wrong;
+    EXPECT_NE(answer.body.find("where"), std::string::npos) << answer.body;
+  }
+}
+
 TEST(CellAnswer, ACellIsTheCellOfTheSet) {
   const test::ServedSets sets;
   const auto served = sets.shelf->find("column");
