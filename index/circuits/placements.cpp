@@ -198,6 +198,7 @@ PlacementTable PlacementTable::read(const std::string& path) {
 }
 
 PlacedCells::PlacedCells(Input& library, PlacementTable table) : library_(library), table_(std::move(table)) {
+  library_.keepFilesWhole();
   const auto& sources = table_.sources();
   for (std::uint32_t s = 0; s < sources.size(); ++s) source_numbers_.emplace(sources[s], s);
   orderRows();

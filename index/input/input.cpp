@@ -2,6 +2,7 @@
 
 #include "index/containers/internal/gunzip.h"
 #include "index/containers/internal/h5_container.h"
+#include "index/count_text.h"
 #include "index/errors.h"
 #include "index/input/internal/archive_report.h"
 #include "index/input/internal/input_state.h"
@@ -369,6 +370,14 @@ Input& Input::operator=(Input&&) noexcept = default;
 
 bool Input::next(Cell& cell) {
   State& state = *state_;
+  if (state.parts) {
+    cell = state.parts->take(state.whole, state.next_part);
+    if (++state.next_part == state.parts->count()) {
+      state.parts.reset();
+      state.whole = {};
+    }
+    return true;
+  }
   while (state.position < state.end()) {
     if (!state.complete) state.orderEqualSources();
     State::Item& item = state.items[state.position];
@@ -383,14 +392,25 @@ bool Input::next(Cell& cell) {
     item.digest.reset();
     if (!isUnreadable(report)) item.digest = cell.digest;
     const bool refused = report.severity == Severity::kRefuse;
+    cell.source = item.source;
+    if (!refused && !state.options.one_cell_a_file) {
+      CellParts parts(cell);
+      if (parts.looseTrees() > 0 && !state.complete) {
+        report.codes.add(InputCode::LOOSE_TREE);
+        report.records.addFirst({.code = InputCode::LOOSE_TREE, .token = counted(parts.looseTrees(), "tree")});
+      }
+      if (parts.count() > 0) state.parts.emplace(std::move(parts));
+    }
     if (!state.complete) {
       state.record(item, cell.digest, std::move(report));
       item.refused = refused;
     }
     if (refused) continue;
-    cell.source = item.source;
     if (!state.complete) state.units.add(cell);
-    return true;
+    if (!state.parts) return true;
+    state.whole = std::exchange(cell, {});
+    state.next_part = 0;
+    return next(cell);
   }
   if (!state.complete) {
     state.sumContainers();
@@ -403,8 +423,12 @@ bool Input::next(Cell& cell) {
   return false;
 }
 
+void Input::keepFilesWhole() { state_->options.one_cell_a_file = true; }
+
 void Input::rewind() {
   State& state = *state_;
+  state.parts.reset();
+  state.whole = {};
   state.ahead.reset();
   state.position = state.begin_at;
   state.ordered = 0;

@@ -69,12 +69,15 @@ class Input : public CellStream {
   Input& operator=(Input&&) noexcept;
 
   // Moves the next cell that is not refused into `cell`; false at the end. The first pass refuses files that cannot be
-  // read.
+  // read. A file of several cells gives them one after the other, by cell_parts.h; they have one source and digest.
   //
   // Throws IoError if a file changed since an earlier pass, cannot be read in a later pass, or if the process has no
   // file descriptor or memory left. Throws InputError if a cell exceeds the given memory. Throws ConservationError, and
   // UsageError as SwcReader does.
   bool next(Cell& cell) override;
+
+  // From now on, a file is one cell, as with InputOptions::one_cell_a_file. Call it before the first next().
+  void keepFilesWhole();
 
   // Returns to the first cell, for another pass. Refused inputs are not read again.
   void rewind();

@@ -19,6 +19,8 @@ struct InputOptions {
   std::uint64_t memory = UINT64_MAX;                    // bytes
   double cell_share = 0.625;                            // fraction of `memory` that one cell may take while it is read
   MorphologyVersion versions = MorphologyVersion::cng;  // of neurons that a folder or archive holds twice
+  // A file is one cell, also if it holds several (cell_parts.h).
+  bool one_cell_a_file = false;
   // Objects of precomputed skeletons to read, ascending; null: all.
   std::shared_ptr<const std::vector<std::uint64_t>> ids = {};
   RemoteOptions remote = {};  // for addresses

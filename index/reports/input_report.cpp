@@ -26,6 +26,7 @@ constexpr std::array<CodeText, kInputCodes> kTexts = {{
     {"E_ZIP_OVERLAP", "entries overlap each other, as in a zip bomb"},
     {"E_ZIP_SIZE", "size differs from the declared one, or exceeds 4 GiB"},
     {"E_ZIP_TRUNCATED", "archive is cut short; fetch it again"},
+    {"LOOSE_TREE", "trees without a soma in a file of several cells; kept as the cell NAME/loose"},
     {"NULL_MORPHOLOGY", "node without a morphology, as point neurons have none; not placed"},
     {"OTHER_VERSION", "the same neuron is there in another version; this one left out; --version chooses"},
     {"REPEATED_POINT", "first point of a section, equal to the point where it begins; one kept"},

@@ -36,6 +36,7 @@ enum class InputCode : std::uint8_t {
   E_ZIP_OVERLAP,
   E_ZIP_SIZE,
   E_ZIP_TRUNCATED,
+  LOOSE_TREE,
   NULL_MORPHOLOGY,
   OTHER_VERSION,
   REPEATED_POINT,
@@ -82,7 +83,7 @@ inline constexpr std::size_t kInputCodes = static_cast<std::size_t>(InputCode::W
 std::string_view name(InputCode code);
 // The meaning and what was done, for the user: "parent defined after its child; kept".
 std::string_view explanation(InputCode code);
-inline bool isRefusal(InputCode code) { return code < InputCode::NULL_MORPHOLOGY; }
+inline bool isRefusal(InputCode code) { return code < InputCode::LOOSE_TREE; }
 inline bool isNote(InputCode code) { return !isRefusal(code) && code < InputCode::W_ATTRIBUTE; }
 
 // E_MOSTLY_BAD: more than half of the candidates cannot be read, or less than a tenth of them is kept, as of a table

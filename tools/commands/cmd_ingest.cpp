@@ -43,7 +43,7 @@ struct IngestArguments {
   unsigned threads = 0;
   double log_s = 0;
   CircuitOptions circuit;
-  bool no_soma_links = false;
+  bool no_soma_links = false, one_cell_a_file = false;
   bool apply_offset = false, strict = false, force = false, add = false, no_levels = false;
   std::shared_ptr<ReadingArguments> reading;
 };
@@ -150,6 +150,7 @@ int runIngest(const IngestArguments& a, Ranks* ranks) {
   reading.swc = {.apply_offset = a.apply_offset, .strict = a.strict};
   reading.swc.soma_links = !a.no_soma_links;
   readUnit(a.unit, reading.swc);
+  reading.one_cell_a_file = a.one_cell_a_file;
   a.reading->apply(reading);
   IngestProgress progress(a.log_s);
   const auto ofAll = [ranks](std::string_view step, std::uint64_t done, std::uint64_t total) {
@@ -277,6 +278,9 @@ void addIngestThat(CLI::App& app, Chosen& chosen, const Run& run) {
   command->add_option("--key", a->key, "the column of --attributes that holds the names of cells, as neuron_name")
       ->type_name("COLUMN");
   addCircuitArguments(*command, a->circuit, a->no_soma_links);
+  command->add_flag("--one-cell-a-file", a->one_cell_a_file,
+                    "keep a file that holds several cells as one; otherwise they become FILE/1, FILE/2, and trees "
+                    "without a soma FILE/loose");
   command->add_flag("--no-levels", a->no_levels,
                     "write no levels of detail: faster and smaller, but pictures of large sets lack neurites");
   command->add_flag("--strict", a->strict, "refuse files that have a warning; write nothing if a file is refused");

@@ -31,7 +31,7 @@ struct Wanted {
   std::uint64_t memory, capacity;
   int quantum_exponent;
   unsigned threads;
-  bool apply_offset, strict, levels, force, add;
+  bool apply_offset, one_cell_a_file, strict, levels, force, add;
 };
 
 struct Made {
@@ -88,6 +88,7 @@ Made make(const Wanted& wanted, const std::atomic<bool>& cancel, const std::func
   InputOptions reading;
   reading.swc = {.apply_offset = wanted.apply_offset, .strict = wanted.strict};
   tools::readUnit(wanted.unit, reading.swc);
+  reading.one_cell_a_file = wanted.one_cell_a_file;
   reading.memory = wanted.memory;
   reading.threads = wanted.threads != 0 ? wanted.threads : std::max(1u, std::thread::hardware_concurrency());
   if (!wanted.placements.empty()) reading.cell_share = kPlacedCellShare;
@@ -130,8 +131,8 @@ Made make(const Wanted& wanted, const std::atomic<bool>& cancel, const std::func
 
 py::dict ingestInputs(const std::vector<std::string>& inputs, const std::string& output, const std::string& unit,
                       const std::string& placements, std::uint64_t memory, py::handle threads, std::uint64_t capacity,
-                      int quantum_exponent, bool apply_offset, bool strict, bool levels, bool force, bool add,
-                      py::object progress) {
+                      int quantum_exponent, bool apply_offset, bool one_cell_a_file, bool strict, bool levels,
+                      bool force, bool add, py::object progress) {
   if (memory < kMinIngestMemory) throw py::value_error("memory: give at least 64MiB");
   if (capacity < 1 || capacity > (1u << 30)) throw py::value_error("capacity: give 1 to 2^30 segments");
   const Wanted wanted{inputs,
@@ -143,6 +144,7 @@ py::dict ingestInputs(const std::vector<std::string>& inputs, const std::string&
                       quantum_exponent,
                       static_cast<unsigned>(std::min<std::uint64_t>(countArgument("threads", threads, 0), 256)),
                       apply_offset,
+                      one_cell_a_file,
                       strict,
                       levels,
                       force,

@@ -1,6 +1,7 @@
 // InputState: the lists of an Input, and how far it has read. Thread rule: as Input.
 #pragma once
 
+#include "index/cell/cell_parts.h"
 #include "index/cell/internal/unit_check.h"
 #include "index/errors.h"
 #include "index/input/input_options.h"
@@ -75,6 +76,9 @@ struct InputState {
   bool complete = false;
   std::uint64_t bytes_total = 0, bytes_done = 0;
   UnitCheck units;
+  Cell whole;  // of several cells, which next() gives one by one
+  std::optional<CellParts> parts;
+  std::size_t next_part = 0;
   std::vector<std::unique_ptr<ItemReader>> readers;  // by thread; 0: the calling one
   std::unique_ptr<ReadAhead> ahead;                  // its threads end before all else
 };

@@ -35,6 +35,27 @@ std::string tableOf(const Input& input) {
   return table.str();
 }
 
+TEST(Input, AFileOfSeveralCellsGivesEachOfThem) {
+  const test::TempFolder folder;
+  test::writeBytes(folder / "two.swc",
+             "1 1 0 0 0 5 -1\n2 3 6 0 0 1 1\n3 1 60 0 0 5 -1\n4 3 66 0 0 1 3\n5 3 30 0 0 1 -1\n6 3 31 0 0 1 5\n");
+  test::writeBytes(folder / "one.swc", kTwo);
+  Input input({folder.path()});
+  for (int pass = 0; pass < 2; ++pass) {
+    std::vector<std::string> names;
+    for (Cell cell; input.next(cell);) names.push_back(cell.source + " " + cell.name);
+    EXPECT_EQ(names, (std::vector<std::string>{"one.swc ", "two.swc two/1", "two.swc two/2", "two.swc two/loose"}));
+    input.rewind();
+  }
+  EXPECT_EQ(input.reports()[1].report.codes[InputCode::LOOSE_TREE], 1u);
+  EXPECT_EQ(input.reports()[1].report.records.front().token, "1 tree");
+  EXPECT_EQ(input.reports()[1].report.severity, Severity::kAccept);
+  InputOptions options;
+  options.one_cell_a_file = true;
+  Input whole({folder.path()}, options);
+  EXPECT_EQ(sourcesOf(whole), (std::vector<std::string>{"one.swc", "two.swc"}));
+}
+
 TEST(Input, WalksFoldersAndTakesWhatItShould) {
   const test::TempFolder folder;
   for (const char* name :

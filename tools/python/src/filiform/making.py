@@ -80,6 +80,7 @@ def ingest(
     add: bool = False,
     strict: bool = False,
     apply_offset: bool = False,
+    one_cell_a_file: bool = False,
     capacity: int = 2048,
     quantum: float = 2.0**-9,
     progress: Callable[[str, int, int], Any] | None = None,
@@ -96,6 +97,8 @@ def ingest(
     memory : bytes, at least 64 MiB; larger inputs go through a file beside the set.
     threads : 0 is one a processor. levels : write levels of detail, which pictures of large sets need.
     force : replace an existing set. add : add the cells to an existing set.
+    one_cell_a_file : keep a file that holds several cells as one; otherwise they become ``FILE/1``, ``FILE/2``, and
+        trees without a soma ``FILE/loose``.
     strict : refuse files with a warning; write nothing if a file is refused.
     progress : called as ``progress(phase, done, total)`` at most 20 times a second, on this thread; `total` is 0 if it
         is unknown. An exception that it raises ends the ingest.
@@ -120,7 +123,7 @@ def ingest(
     table = b"" if placements is None else _table(placements)
     result = _core.ingest(
         [os.fsencode(path) for path in paths], os.fsencode(output), unit, table, memory, threads, capacity,
-        exponent - 1, apply_offset, strict, levels, force, add, progress,
+        exponent - 1, apply_offset, one_cell_a_file, strict, levels, force, add, progress,
     )
     for lost in "refused", "skipped":
         result[lost] = [(_decoded(name), _decoded(reason)) for name, reason in result[lost]]
