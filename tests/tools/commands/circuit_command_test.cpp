@@ -275,6 +275,30 @@ TEST_F(CircuitCommand, VasculatureIsReadAsAGraph) {
   test::writeBytes(folder + "/circuit_config.json",
                    R"({"networks":{"nodes":[{"nodes_file":"nodes.h5","populations":{"v":{"type":"vasculature"}}}]}})");
   {  // a square with a tail
+// Circuits of the Open Brain Institute hold layers as text.
+TEST_F(CircuitCommand, NumbersThatAreHeldAsTextCompareAsNumbers) {
+  const SmallCircuit circuit(*folder_ / "text");
+  test::writeBytes(*folder_ / "text/types.csv", "node_type_id\n7\n");
+  fs::copy_file(*folder_ / "text/a.swc", *folder_ / "text/12.swc");
+  circuit.write([](Hdf5Writer& out) {
+    out.integers("nodes/p/node_type_id", "i64", 1, std::vector<std::int64_t>{7, 7, 7});
+    writePlaces(out, 3);
+    out.texts("nodes/p/0/layer", {"6", "5", ""});
+    out.texts("nodes/p/0/code", {"007", "1", "2"});
+    out.texts("nodes/p/0/morphology", {"12", "12", "12"});
+  });
+  const std::string set = *folder_ / "text.fil";
+  const Outcome made = ingestFine({circuit.config()}, set);
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  const Outcome deep = runFiliform({"cells", set, "--json", "--where", "layer>=5.5"});
+  ASSERT_EQ(deep.exit_code, 0) << deep.err;
+  const nlohmann::json cells = nlohmann::json::parse(deep.out);
+  ASSERT_EQ(cells.size(), 1u);
+  EXPECT_EQ(cells[0].at("attributes").at("layer"), 6);
+  EXPECT_EQ(cells[0].at("attributes").at("code"), "007");
+  EXPECT_EQ(cells[0].at("attributes").at("morphology"), "12");
+}
+
     Hdf5Writer out(folder + "/nodes.h5");
     const std::vector<std::int64_t> start{0, 1, 2, 3, 0}, end{1, 2, 3, 0, 4};
     const std::vector<std::array<double, 3>> place{{0, 0, 0}, {10, 0, 0}, {10, 10, 0}, {0, 10, 0}, {-5, 0, 0}};
