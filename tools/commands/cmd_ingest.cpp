@@ -254,7 +254,7 @@ int runIngest(const IngestArguments& a, Ranks* ranks) {
   if (!is_first) return 0;
   progress.end();
   people << summary(reports);
-  if (circuit) people << describePopulations(circuit->populations());
+  if (circuit) people << describePopulations(circuit->populationsOf(reports));
   if (placed != nullptr) people << placementText(*placed);
   if (attributed) people << attributesText(*attributed);
   if (circuit)

@@ -208,6 +208,12 @@ TEST_F(CircuitCommand, WhatIsNotPlacedIsCountedAndACircuitThatPlacesNothingIsRef
   EXPECT_NE(partly.out.find("2 nodes, 1 placed, 0 without a morphology, 1 whose morphology is missing"),
             std::string::npos)
       << partly.out;
+  fs::create_directories(*folder_ / "broken");
+  test::writeBytes(*folder_ / "broken/bad.swc", "");
+  const Outcome broken = checked("broken", "node_type_id morphology\n7 a\n8 bad\n");
+  EXPECT_NE(broken.out.find("2 nodes, 1 placed, 0 without a morphology, 1 whose morphology is refused"),
+            std::string::npos)
+      << broken.out;
   for (const auto& [types, reason] :
        {std::pair("node_type_id morphology\n7 A\n8 B\n", "the morphologies of 2 are missing, the first is A.swc"),
         {"node_type_id kind\n7 a\n8 b\n", "none has a morphology (attribute morphology or morphology_file)"}}) {
@@ -269,12 +275,6 @@ TEST_F(CircuitCommand, OldFilesWithGroupsAndPositionsAreRead) {
   EXPECT_EQ(textOf(attributes.value(attributes.find("only_here").value(), cell("p/1"))), "");
 }
 
-TEST_F(CircuitCommand, VasculatureIsReadAsAGraph) {
-  const std::string folder = *folder_ / "vessels";
-  fs::create_directories(folder);
-  test::writeBytes(folder + "/circuit_config.json",
-                   R"({"networks":{"nodes":[{"nodes_file":"nodes.h5","populations":{"v":{"type":"vasculature"}}}]}})");
-  {  // a square with a tail
 // Circuits of the Open Brain Institute hold layers as text.
 TEST_F(CircuitCommand, NumbersThatAreHeldAsTextCompareAsNumbers) {
   const SmallCircuit circuit(*folder_ / "text");
@@ -299,6 +299,12 @@ TEST_F(CircuitCommand, NumbersThatAreHeldAsTextCompareAsNumbers) {
   EXPECT_EQ(cells[0].at("attributes").at("morphology"), "12");
 }
 
+TEST_F(CircuitCommand, VasculatureIsReadAsAGraph) {
+  const std::string folder = *folder_ / "vessels";
+  fs::create_directories(folder);
+  test::writeBytes(folder + "/circuit_config.json",
+                   R"({"networks":{"nodes":[{"nodes_file":"nodes.h5","populations":{"v":{"type":"vasculature"}}}]}})");
+  {  // a square with a tail
     Hdf5Writer out(folder + "/nodes.h5");
     const std::vector<std::int64_t> start{0, 1, 2, 3, 0}, end{1, 2, 3, 0, 4};
     const std::vector<std::array<double, 3>> place{{0, 0, 0}, {10, 0, 0}, {10, 10, 0}, {0, 10, 0}, {-5, 0, 0}};
