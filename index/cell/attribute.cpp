@@ -1,8 +1,10 @@
 #include "index/cell/attribute.h"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <utility>
 
 namespace filiform {
 
@@ -19,6 +21,24 @@ template <typename Number>
 bool readsAll(std::string_view text, Number& value) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   return error == std::errc() && end == text.data() + text.size();
+}
+
+// As attributeFrom(), also for a real with a decimal comma.
+AttributeValue numberOrText(std::string_view field) {
+  const std::size_t comma = field.find(',');
+  if (comma == std::string_view::npos || field.find('.') != std::string_view::npos) return attributeFrom(field);
+  std::string with_point(field);
+  with_point[comma] = '.';
+  AttributeValue value = attributeFrom(with_point);
+  return std::holds_alternative<double>(value) ? value : AttributeValue(std::string(field));
+}
+
+// True for `1,234`, which may be 1234 or 1.234.
+bool mayBeThousands(std::string_view field) {
+  if (field.starts_with('-')) field.remove_prefix(1);
+  const std::size_t comma = field.find(',');
+  return comma >= 1 && comma <= 3 && field.size() == comma + 4 && field.front() != '0' &&
+         field.find_first_not_of("0123456789", comma + 1) == std::string_view::npos;
 }
 
 }  // namespace
@@ -68,14 +88,39 @@ AttributeValue attributeFrom(std::string_view text) {
 }
 
 void FieldKinds::add(std::string_view field) {
-  const AttributeValue value = attributeFrom(field);
+  const AttributeValue value = numberOrText(field);
   any_text_ |= std::holds_alternative<std::string>(value);
   any_real_ |= std::holds_alternative<double>(value);
   if (const auto* const integer = std::get_if<std::int64_t>(&value)) any_long_ |= !isExactReal(*integer);
+  if (!std::holds_alternative<double>(value)) return;
+  const bool comma = field.find(',') != std::string_view::npos;
+  any_comma_ |= comma;
+  any_point_ |= field.find('.') != std::string_view::npos;
+  any_decimal_comma_ |= comma && !mayBeThousands(field);
 }
 
 AttributeValue FieldKinds::valueOf(const std::string& field) const {
-  return areText() && !field.empty() ? AttributeValue(field) : attributeFrom(field);
+  return areText() && !field.empty() ? AttributeValue(field) : numberOrText(field);
+}
+
+std::optional<std::vector<AttributeValue>> exactNumbers(const std::vector<std::string>& texts) {
+  constexpr std::int64_t kMostExact = std::int64_t{1} << 53;
+  FieldKinds kinds;
+  for (const std::string& text : texts) kinds.add(text);
+  if (kinds.areText()) return std::nullopt;
+  std::vector<AttributeValue> numbers;
+  bool any = false;
+  for (const std::string& text : texts) {
+    AttributeValue value = kinds.valueOf(text);
+    const auto* const integer = std::get_if<std::int64_t>(&value);
+    if (integer != nullptr && (*integer > kMostExact || *integer < -kMostExact)) return std::nullopt;
+    std::string back = textOf(value);
+    if (text.find(',') != std::string::npos) std::replace(back.begin(), back.end(), '.', ',');
+    if (back != text) return std::nullopt;
+    any |= !text.empty();
+    numbers.push_back(std::move(value));
+  }
+  return any ? std::optional(std::move(numbers)) : std::nullopt;
 }
 
 }  // namespace filiform

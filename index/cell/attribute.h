@@ -8,6 +8,7 @@
 #include <string>
 #include <string_view>
 #include <variant>
+#include <vector>
 
 namespace filiform {
 
@@ -39,16 +40,24 @@ bool isExactReal(std::int64_t integer);
 AttributeValue attributeFrom(std::string_view text);
 
 // Looks at all fields of a column of a table. A column that holds a word, or integers that a real cannot hold beside
-// reals, is text: `7e5` beside `7f3` is a name.
+// reals, is text: `7e5` beside `7f3` is a name. Numbers may have a decimal comma, `1,5`, if none has a point, and if
+// one of them cannot be a count with separated thousands, as `1,500` can.
 class FieldKinds {
  public:
   void add(std::string_view field);
-  bool areText() const { return any_text_ || (any_real_ && any_long_); }
+  bool areText() const {
+    return any_text_ || (any_real_ && any_long_) || (any_comma_ && (any_point_ || !any_decimal_comma_));
+  }
   // The value of a field of this column.
   AttributeValue valueOf(const std::string& field) const;
 
  private:
   bool any_text_ = false, any_real_ = false, any_long_ = false;
+  bool any_point_ = false, any_comma_ = false, any_decimal_comma_ = false;
 };
+
+// Numbers for a column of texts if each text reads back exactly: textOf() of each number is the text, and no integer is
+// above 2^53. nullopt if one is not, as `007` or `1.50`, or if no text is given. Empty texts are missing values.
+std::optional<std::vector<AttributeValue>> exactNumbers(const std::vector<std::string>& texts);
 
 }  // namespace filiform

@@ -125,4 +125,16 @@ std::vector<std::string> cellNames(const std::vector<std::string>& sources, cons
   return names;
 }
 
+bool mayBeNamedAfter(std::string_view name, const std::string& source) {
+  const auto ends = [](std::string_view path, std::string_view end) {
+    return path.ends_with(end) && !end.empty() &&
+           (path.size() == end.size() || path[path.size() - end.size() - 1] == '/');
+  };
+  if (ends(source, name) || ends(withoutEndings(source), name)) return true;
+  const std::size_t number = name.rfind('#');
+  return number != std::string_view::npos &&
+         name.find_first_not_of("0123456789", number + 1) == std::string_view::npos &&
+         mayBeNamedAfter(name.substr(0, number), source);
+}
+
 }  // namespace filiform

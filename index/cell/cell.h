@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <limits>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -103,5 +104,7 @@ class CellList final : public CellStream {
 // without its file ending and `.CNG`. Sources with equal base names get the shortest suffix of the path that is unique.
 // Equal sources and names already taken get `#2`, `#3` and so on. O(total length) expected.
 std::vector<std::string> cellNames(const std::vector<std::string>& sources, const std::vector<std::string>& given = {});
+// True if cellNames() may have made the name from this source; then it was probably not given.
+bool mayBeNamedAfter(std::string_view name, const std::string& source);
 
 }  // namespace filiform

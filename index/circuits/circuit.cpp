@@ -220,6 +220,7 @@ struct Circuit::Reader {
     const auto table = readable(population.nodes_file, [&] {
       return std::make_shared<NodeTable>(process, population.nodes_file, population.name, population.node_types_file);
     });
+    circuit.placed_of_.emplace_back();
     report.nodes = table->nodes();
     report.skipped = table->skipped();
     if (population.type == "vasculature") {
@@ -236,6 +237,7 @@ struct Circuit::Reader {
   void placeNodes(const CircuitPopulation& population, const std::shared_ptr<NodeTable>& table,
                   PopulationReport& report) {
     std::optional<Place> place;  // asked for at the first node that needs it
+    std::map<std::string, std::uint64_t>& placed_of = circuit.placed_of_.back();
     attributes->addTable(table);
     for (std::uint64_t node = 0; node < table->nodes(); ++node) {
       std::string morphology = table->text("morphology", node);
@@ -263,6 +265,7 @@ struct Circuit::Reader {
         const auto [w, x, y, z] = turn;
         report.mean_y += Vector3d(2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x));
         ++report.placed;
+        ++placed_of[source.shown];
       }
       circuit.table_.add(source.shown, population.name + "/" + std::to_string(node),
                          static_cast<std::uint32_t>(node + 1), moved, turn, table->number("recenter", node) != 0.0);
@@ -386,6 +389,21 @@ Circuit Circuit::read(const std::string& path, const CircuitOptions& options) {
   else
     reader.readConfig(path);
   return std::move(reader.circuit);
+}
+
+std::vector<PopulationReport> Circuit::populationsOf(const std::vector<SourceReport>& reports) const {
+  std::vector<PopulationReport> all = populations_;
+  auto placed_of = placed_of_;
+  forEachInput(reports, [&](const std::string& input, const InputReport&, const InputOutcome& outcome) {
+    if (!outcome.isLost()) return;
+    for (std::size_t i = 0; i < all.size(); ++i)
+      std::erase_if(placed_of[i], [&](const auto& nodes) {  // the morphology, or all of a container
+        const bool is_lost = nodes.first == input || nodes.first.starts_with(input + "/");
+        if (is_lost) all[i].placed -= nodes.second, all[i].refused += nodes.second;
+        return is_lost;
+      });
+  });
+  return all;
 }
 
 std::vector<std::string> Circuit::doubts() const {

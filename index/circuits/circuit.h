@@ -18,6 +18,7 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -35,12 +36,13 @@ struct CircuitOptions {
 struct PopulationReport {
   std::string file, name, type;  // type: as the circuit states it
   std::uint64_t nodes = 0;
-  std::uint64_t placed = 0;            // nodes with a morphology; some may be unreadable
+  std::uint64_t placed = 0;            // nodes with a morphology
   std::uint64_t missing = 0;           // nodes whose morphology is not there
   std::uint64_t without = 0;           // nodes without one: NULL, or no attribute `morphology` or `morphology_file`
   bool vasculature = false;            // read as a graph
   Vector3d mean_y = Vector3d::Zero();  // mean direction of the local y axis, over the placed nodes
   std::vector<std::string> skipped;    // attributes that are left out, and why
+  std::uint64_t refused = 0;           // nodes whose morphology was refused; see Circuit::populationsOf()
 };
 
 // Thread rule: immutable once made.
@@ -61,7 +63,10 @@ class Circuit {
   const PlacementTable& table() const { return table_; }
   // The files of morphologies that the table places, for Input. Their names are paths below the circuit's folder.
   const std::vector<InputFile>& files() const { return files_; }
+  // Before morphologies are read: some that are placed may then be refused.
   const std::vector<PopulationReport>& populations() const { return populations_; }
+  // The same with the reports on the morphologies: nodes of refused ones are not placed.
+  std::vector<PopulationReport> populationsOf(const std::vector<SourceReport>& reports) const;
   const std::vector<Cell>& graphs() const { return graphs_; }  // vasculature, ascending by source
   // The reports on graphs, one a source.
   const std::vector<SourceReport>& graphReports() const { return graph_reports_; }
@@ -74,6 +79,7 @@ class Circuit {
   PlacementTable table_;
   std::vector<InputFile> files_;
   std::vector<PopulationReport> populations_;
+  std::vector<std::map<std::string, std::uint64_t>> placed_of_;  // by population: nodes of each source
   std::vector<Cell> graphs_;
   std::vector<SourceReport> graph_reports_;
 };

@@ -4,11 +4,14 @@
 #include "index/attributes/internal/attributes_section.h"
 #include "index/errors.h"
 #include "index/ingest/growth/internal/addition.h"
+#include "index/ingest/growth/internal/amended_revision.h"
 #include "index/ingest/growth/internal/grown_revision.h"
 #include "index/ingest/growth/internal/removal.h"
 #include "index/ingest/growth/internal/stored_cells.h"
+#include "index/ingest/growth/internal/synced_cells.h"
 #include "index/ingest/internal/make_set.h"
 #include "index/levels/internal/somata_section.h"
+#include "index/reports/input_report.h"
 #include "index/set/internal/cells_file.h"
 #include "index/set/internal/manifest.h"
 #include "index/text.h"
@@ -17,6 +20,8 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <optional>
+#include <set>
 #include <tuple>
 #include <utility>
 
@@ -85,15 +90,19 @@ class Aside {
   std::string path_;
 };
 
-// Makes one set of all cells of both.
-IngestResult rewrite(SetFolder& folder, const TileSet& base, const TileSet* added, const IngestOptions& given) {
-  IngestOptions options = optionsLike(base, given);
-  options.levels = internal::wantsLevels(base);
-  options.provenance = [&] { return provenanceOfBoth(base, added); };
-  options.sections = [&] { return sectionsOf(base, added); };
+std::vector<const TileSet*> bothSets(const TileSet& base, const TileSet* added) {
   std::vector<const TileSet*> sets{&base};
   if (added != nullptr) sets.push_back(added);
-  const internal::StoredCells cells(sets);
+  return sets;
+}
+
+// Makes one set of these cells of both.
+IngestResult rewrite(SetFolder& folder, const TileSet& base, const TileSet* added, const internal::StoredCells& cells,
+                     Provenance provenance, const IngestOptions& given) {
+  IngestOptions options = optionsLike(base, given);
+  options.levels = internal::wantsLevels(base);
+  options.provenance = [&] { return std::move(provenance); };
+  options.sections = [&] { return sectionsOf(base, added); };
   return internal::makeSet(&folder, folder.building(), options, [&](internal::Tiler& tiler) { tiler.read(cells); });
 }
 
@@ -124,7 +133,19 @@ class Finish {
 
   std::vector<CellRecord> records;
   std::vector<std::uint64_t> digests;
+  Provenance provenance;
+  // The attributes of a cell of the new revision; empty: those of the sets.
+  std::function<std::vector<CellAttribute>(std::uint32_t cell)> attributes_now;
 
+  // Records and digests of cells that the new revision has no longer.
+  void remove(const std::vector<bool>& removed) {
+    for (std::uint32_t c = 0; c < removed.size(); ++c) {
+      if (!removed[c]) continue;
+      records[c] = CellRecord{};
+      records[c].removed = true;
+      digests[c] = 0;
+    }
+  }
   void takeCells(const TileSet& set) {
     for (std::uint32_t c = 0; c < set.cell_count(); ++c) {
       records.push_back(set.cell(c));
@@ -148,7 +169,7 @@ class Finish {
     const bool levels = internal::wantsLevels(base_);
     if (levels) writer.writeSection(internal::kLevelsDroppedSection, {});
     GrowthResult result;
-    result.set.revision = writer.finish(provenanceOfBoth(base_, added));
+    result.set.revision = writer.finish(provenance);
     result.set.counts = writer.counts();
     result.set.bytes = writer.bytes();
     result.tiles_kept = revision_.counts().kept;
@@ -162,6 +183,7 @@ class Finish {
  private:
   void writeSomata(const TileSet* added) {
     std::vector<SomaRoot> somata = internal::storedSomata(base_);
+    std::erase_if(somata, [&](const SomaRoot& soma) { return records[soma.cell].removed; });
     if (added != nullptr)
       for (SomaRoot soma : internal::storedSomata(*added)) {
         soma.cell += base_.cell_count();
@@ -177,7 +199,7 @@ class Finish {
       if (set == nullptr) continue;
       const CellAttributes attributes(*set);
       for (std::uint32_t c = 0; c < set->cell_count(); ++c, ++cell)
-        if (!records[cell].removed && !attributes.empty()) table.add(cell, attributes.of(c));
+        if (!records[cell].removed) table.add(cell, attributes_now ? attributes_now(cell) : attributes.of(c));
     }
     if (!table.empty()) revision_.writer().writeSection(internal::kAttributesSection, table.encode(cell));
   }
@@ -187,10 +209,29 @@ class Finish {
   GrownRevision& revision_;
 };
 
-GridBox boundsOf(const std::vector<CellRecord>& records) {
+GridBox boundsWithout(const TileSet& set, const std::vector<bool>& removed) {
   GridBox bounds;
-  for (const CellRecord& record : records) bounds.extend(record.bounds);
+  for (std::uint32_t c = 0; c < set.cell_count(); ++c)
+    if (!removed[c]) bounds.extend(set.cell(c).bounds);
   return bounds;
+}
+
+// Adds to `now` the sources of some cells of the set, unless it has them.
+void keepSources(const TileSet& base, const std::vector<std::uint32_t>& cells, Provenance& now) {
+  if (cells.empty()) return;
+  std::set<std::string> known;
+  for (const Provenance::Source& source : now.sources) known.insert(source.name);
+  const Provenance before = internal::decodeProvenance(base.readProvenance(), base.manifest());
+  for (const Provenance::Source& source : before.sources) {
+    const bool needed = std::any_of(cells.begin(), cells.end(), [&](std::uint32_t cell) {
+      const std::string& name = base.cell(cell).source;
+      return name == source.name || name.starts_with(source.name + "/");
+    });
+    if (needed && !known.contains(source.name)) now.sources.push_back(source);
+  }
+  std::stable_sort(now.sources.begin(), now.sources.end(), [](const auto& a, const auto& b) {
+    return std::tie(a.name, a.digest, a.bytes) < std::tie(b.name, b.digest, b.bytes);
+  });
 }
 
 }  // namespace
@@ -209,17 +250,21 @@ GrowthResult addCells(CellStream& cells, const std::string& path, const IngestOp
   refuseTwins(*base, *added, path);
   const auto segments = [](const TileSet& set) { return set.counts().segments + set.counts().isolated; };
   if (segments(*base) < 2 * segments(*added)) {
-    GrowthResult result{rewrite(folder, *base, added.get(), given)};
+    GrowthResult result{rewrite(folder, *base, added.get(), internal::StoredCells({base.get(), added.get()}),
+                                provenanceOfBoth(*base, added.get()), given)};
     result.compacted = true;
     return result;
   }
   GridBox bounds = base->bounds();
   bounds.extend(added->bounds());
   GrownRevision revision(*base, folder.building(), bounds, options.pack_bytes);
-  internal::Addition addition(*base, *added, revision);
+  const std::vector<bool> none;
+  const internal::TilesWithout all(*base, none);
+  internal::Addition addition(*base, *added, all, revision);
   addition.run([&](std::uint64_t done, std::uint64_t total) { step("adding to tiles", done, total); });
   step("writing cells", 0, 0);
   Finish finish(folder, *base, revision);
+  finish.provenance = provenanceOfBoth(*base, added.get());
   finish.takeCells(*base);
   finish.takeCells(*added);
   const Landmarks landmarks = internal::withLandmarks(base->landmarks(), added->landmarks(), base->cell_count());
@@ -244,21 +289,15 @@ GrowthResult removeCells(const std::vector<std::string>& names, const std::strin
     if (!cell) throw UsageError(path + ": has no cell named " + inShort(name) + "; filiform cells lists the names");
     removed[*cell] = true;
   }
-  std::vector<CellRecord> records;
-  for (std::uint32_t c = 0; c < base->cell_count(); ++c) {
-    records.push_back(removed[c] ? CellRecord{} : base->cell(c));
-    if (removed[c]) records[c].removed = true;
-  }
-  const GridBox bounds = boundsOf(records);
+  const GridBox bounds = boundsWithout(*base, removed);
   GrownRevision revision(*base, folder.building(), bounds, given.pack_bytes);
   internal::removeFromTiles(*base, removed, revision,
                             [&](std::uint64_t done, std::uint64_t total) { step("removing from tiles", done, total); });
   step("writing cells", 0, 0);
   Finish finish(folder, *base, revision);
+  finish.provenance = provenanceOfBoth(*base, nullptr);
   finish.takeCells(*base);
-  finish.records = std::move(records);
-  for (std::uint32_t c = 0; c < base->cell_count(); ++c)
-    if (removed[c]) finish.digests[c] = 0;
+  finish.remove(removed);
   const Landmarks landmarks = internal::withoutCells(*base, removed, bounds);
   return finish.publish(landmarks, nullptr, [&](const TileWriter::UseDetail& use) {
     const Bytes none = internal::encodeDetail({});
@@ -266,10 +305,105 @@ GrowthResult removeCells(const std::vector<std::string>& names, const std::strin
   });
 }
 
+SyncResult syncCells(CellStream& cells, const std::string& path, const SyncOptions& sync, const IngestOptions& given) {
+  internal::checkedThreads(given);
+  SetFolder folder(internal::folderName(path), SetFolder::Purpose::grow);
+  const auto base = TileSet::open(path);
+  requireMemory(path, *base, given);
+  IngestOptions options = optionsLike(*base, given);
+  options.levels = false;
+  options.provenance = {};
+  const auto step = internal::stepOf(options);
+  internal::SyncedCells synced(cells, *base);
+  const Aside aside(internal::folderName(path));
+  std::unique_ptr<TileSet> added;
+  if (synced.any()) {
+    ingest(synced, aside.path(), options);
+    added = TileSet::open(aside.path());
+  }
+  Provenance now = given.provenance ? given.provenance() : Provenance{};
+  std::vector<Provenance::Lost> lost = now.refused;
+  lost.insert(lost.end(), now.skipped.begin(), now.skipped.end());
+  synced.finish(lost, sync.remove);
+  if (sync.fates) sync.fates(synced.fates());
+  for (const Provenance::Lost& input : now.refused)
+    if (sync.remove && input.code == name(InputCode::E_UNREADABLE))
+      throw InputError(escaped(input.name) + ": cannot be read (" + input.reason +
+                       "), so its cells may only seem gone; mend it, or leave out --delete; nothing was changed");
+  keepSources(*base, synced.staying(), now);
+
+  SyncResult result;
+  result.counts = synced.counts();
+  const std::vector<bool>& removed = synced.removed();
+  const std::vector<std::string> names = synced.names();
+  const CellAttributes base_attributes(*base);
+  const auto added_attributes = added != nullptr ? std::make_unique<CellAttributes>(*added) : nullptr;
+  const auto attributes_now = [&](std::uint32_t cell) {
+    return synced.attributes(cell, base_attributes, added_attributes.get());
+  };
+  const bool any_removed = result.counts.removed + result.counts.changed > 0;
+  if (added == nullptr && !any_removed && result.counts.renamed == 0) {
+    internal::AttributeTable table;
+    for (std::uint32_t c = 0; c < base->cell_count(); ++c)
+      if (!base->cell(c).removed) table.add(c, attributes_now(c));
+    result.set.revision = internal::publishAmended(
+        folder, *base, {{internal::kAttributesSection, table.empty() ? Bytes() : table.encode(base->cell_count())}},
+        &now);
+    const auto published = TileSet::open(path);
+    result.set.counts = published->counts();
+    result.set.bytes = published->bytes();
+    result.set.unchanged = result.set.revision == base->revision();
+    result.tiles_kept = base->tile_count();
+    return result;
+  }
+  std::uint64_t kept_segments = 0;
+  for (std::uint32_t c = 0; c < base->cell_count(); ++c)
+    if (!removed[c]) kept_segments += base->cell(c).segments + base->cell(c).isolated;
+  if (added != nullptr && kept_segments < 2 * (added->counts().segments + added->counts().isolated)) {
+    const internal::StoredCells all(bothSets(*base, added.get()), removed,
+                                    [&](std::uint32_t cell, internal::TakenCell& taken) {
+                                      taken.record.name = names[cell];
+                                      taken.attributes = attributes_now(cell);
+                                    });
+    result.set = rewrite(folder, *base, added.get(), all, std::move(now), given);
+    result.compacted = true;
+    return result;
+  }
+  GridBox bounds = boundsWithout(*base, removed);
+  if (added != nullptr) bounds.extend(added->bounds());
+  GrownRevision revision(*base, folder.building(), bounds, options.pack_bytes);
+  const internal::TilesWithout without(*base, removed);
+  std::optional<internal::Addition> addition;
+  const auto tell = [&](std::uint64_t done, std::uint64_t total) { step("changing tiles", done, total); };
+  if (added != nullptr)
+    addition.emplace(*base, *added, without, revision).run(tell);
+  else
+    internal::removeFromTiles(*base, removed, revision, tell);
+  step("writing cells", 0, 0);
+  Finish finish(folder, *base, revision);
+  finish.provenance = std::move(now);
+  finish.attributes_now = attributes_now;
+  finish.takeCells(*base);
+  if (added != nullptr) finish.takeCells(*added);
+  for (std::uint32_t c = 0; c < names.size(); ++c) finish.records[c].name = names[c];
+  finish.remove(removed);
+  Landmarks landmarks = internal::withoutCells(*base, removed, boundsWithout(*base, removed));
+  if (added != nullptr) landmarks = internal::withLandmarks(landmarks, added->landmarks(), base->cell_count());
+  static_cast<GrowthResult&>(result) = finish.publish(landmarks, added.get(), [&](const TileWriter::UseDetail& use) {
+    const Bytes none = internal::encodeDetail({});
+    for (std::uint32_t c = 0; c < base->cell_count(); ++c) use(finish.records[c].removed ? none : finish.detailNow(c));
+    for (std::uint32_t c = 0; added != nullptr && c < added->cell_count(); ++c)
+      use(internal::withTiles(added->encodedDetail(c),
+                              [&](std::vector<TileId>& tiles) { tiles = addition->tilesOf(c); }));
+  });
+  return result;
+}
+
 GrowthResult compactSet(const std::string& path, const IngestOptions& options) {
   SetFolder folder(internal::folderName(path), SetFolder::Purpose::grow);
   const auto base = TileSet::open(path);
-  GrowthResult result{rewrite(folder, *base, nullptr, options)};
+  GrowthResult result{
+      rewrite(folder, *base, nullptr, internal::StoredCells({base.get()}), provenanceOfBoth(*base, nullptr), options)};
   result.compacted = true;
   return result;
 }

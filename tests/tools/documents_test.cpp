@@ -94,6 +94,7 @@ for name in cell_00042 cell_00005 cell_00000; do
 done
 rm -r column.fil
 filiform ingest folder -o column.fil
+filiform cells column.fil --tsv | sed 's/^[^\t]*\t\([^\t]*\).*/\1,Tm3/; 1s/.*/cell,type/' > types.csv
 filiform synth cell.zip --kind scene2
 filiform ingest cell.zip -o cell.fil
 filiform export cell.fil --cell scene2 -o cell.swc
@@ -208,6 +209,7 @@ const ByCommand kFirstColumns{{"check", "file"}, {"cells", "id"}, {"nearest", "q
 const ByCommand kTexts{{"synth", " segments, "},
                        {"check", " inputs: "},
                        {"ingest", " tiles, "},
+                       {"attributes", ": cells with a row of "},
                        {"compact", " tiles, "},
                        {"info", "  segments   "},
                        {"cells", "length"},

@@ -61,7 +61,8 @@ Json populationsJson(const std::vector<PopulationReport>& populations) {
                     {"missing", p.missing},
                     {"without_morphology", p.without},
                     {"mean_y", {p.mean_y.x(), p.mean_y.y(), p.mean_y.z()}},
-                    {"attributes_left_out", p.skipped}});
+                    {"attributes_left_out", p.skipped},
+                    {"refused", p.refused}});
   return list;
 }
 
@@ -151,8 +152,8 @@ int runCheck(const CheckArguments& a, Ranks* ranks) {
     if (ranks->rank() != 0) return 0;
   }
   progress.finish();
-  if (circuit) notes.populations = circuit->populations();
   const std::vector<SourceReport> reports = reportsOf(input, circuit ? &*circuit : nullptr);
+  if (circuit) notes.populations = circuit->populationsOf(reports);
   notes.unit_doubt = input.unitDoubt();
   if (report) {
     writeReportJson(report->stream(), reports);

@@ -21,13 +21,16 @@
 #include "tools/program/interruption.h"
 #include "tools/program/output_check.h"
 #include "tools/program/progress_option.h"
+#include "tools/words/answer.h"
 #include "tools/words/numbers.h"
 #include "tools/words/unit.h"
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <iostream>
 #include <optional>
+#include <sstream>
 #include <thread>
 
 #include <CLI/CLI.hpp>
@@ -45,6 +48,7 @@ struct IngestArguments {
   CircuitOptions circuit;
   bool no_soma_links = false, one_cell_a_file = false;
   bool apply_offset = false, strict = false, force = false, add = false, no_levels = false;
+  bool sync = false, remove_gone = false, json = false;
   std::shared_ptr<ReadingArguments> reading;
 };
 
@@ -118,8 +122,13 @@ void checkGrowth(const IngestArguments& a) {
     throw UsageError("--remove: takes no INPUT; remove first, then add with --add");
   if (a.attributes.empty() != a.key.empty())
     throw UsageError("--attributes and --key go together: the table, and its column with the names of cells");
-  if ((a.add || !a.removed.empty()) && a.force)
-    throw UsageError("--force replaces a set; leave it out with --add and --remove");
+  if ((a.add || a.sync || !a.removed.empty()) && a.force)
+    throw UsageError("--force replaces a set; leave it out with --add, --sync and --remove");
+  if (a.sync && (a.add || !a.removed.empty()))
+    throw UsageError("--sync adds and removes by itself; leave out --add and --remove");
+  if (a.remove_gone && !a.sync) throw UsageError("--delete belongs to --sync; --remove CELL removes one cell");
+  if (a.sync && !a.placements.empty())
+    throw UsageError("--sync follows files and folders; leave out --placements, or make the set again with --force");
   if (a.removed.empty() && a.inputs.empty()) throw UsageError("INPUT is missing: give files, folders or archives");
 }
 
@@ -130,13 +139,14 @@ int runRemove(const IngestArguments& a, IngestOptions options) {
   };
   const GrowthResult result = removeCells(a.removed, a.out, options);
   progress.end();
-  std::cout << reportOf(a.out, result);
+  std::cout << (a.json ? jsonText(ingestJson(result.set, {}, nullptr)) + "\n" : reportOf(a.out, result));
   return 0;
 }
 
 // Growing a set is the work of one process.
 void checkTogether(const IngestArguments& a) {
-  if (a.add || !a.removed.empty()) throw UsageError("--add and --remove: use filiform ingest, without ranks");
+  if (a.add || a.sync || !a.removed.empty())
+    throw UsageError("--add, --sync and --remove: use filiform ingest, without ranks");
 }
 
 // `ranks`: processes that make the set together, or null.
@@ -157,6 +167,7 @@ int runIngest(const IngestArguments& a, Ranks* ranks) {
     return ranks != nullptr ? ranks->progress(step, {done, total}) : Ranks::Amount{done, total};
   };
   reading.progress = [&](std::uint64_t done, std::uint64_t total) {
+    if (a.sync) throwIfInterrupted();
     const Ranks::Amount all = ofAll("bytes", done, total);
     progress.read(all.done, all.total);
   };
@@ -164,11 +175,12 @@ int runIngest(const IngestArguments& a, Ranks* ranks) {
   if (!a.reading->ids.empty()) inputs.push_back({"--ids", a.reading->ids});
   for (const std::string& path : a.inputs)
     if (!isAddress(path)) inputs.push_back({"INPUT", path});
-  checkOutputs(inputs, {{"--report", a.report}});
+  checkOutputs(inputs, {{"--report", a.report}, {"--json", a.json ? "-" : ""}});
   std::optional<Output> report;
   const bool is_first = ranks == nullptr || ranks->rank() == 0;
   if (!a.report.empty() && is_first) report.emplace(a.report, OutputOptions{.cancel = &interruptFlag()});
-  std::ostream& people = report && report->isStandardOutput() ? std::cerr : std::cout;
+  std::ostringstream untold;  // --json says it
+  std::ostream& people = a.json ? untold : report && report->isStandardOutput() ? std::cerr : std::cout;
   reading.memory = options.memory;
   reading.threads = threadsOr(a.threads);
   refuseSeveralCircuits(a.inputs);
@@ -177,6 +189,8 @@ int runIngest(const IngestArguments& a, Ranks* ranks) {
     circuit.emplace(Circuit::read(a.inputs.front(), a.circuit));
   else if (!a.circuit.population.empty() || !a.circuit.morphologies.empty())
     throw UsageError("--population and --morphologies are for one circuit_config.json or one nodes.h5");
+  if (circuit && a.sync)
+    throw UsageError("--sync follows files and folders; make the set of a circuit again with --force");
   if (circuit || !a.placements.empty()) reading.cell_share = kPlacedCellShare;
   Input input = circuit ? Input(circuit->files(), reading) : Input(a.inputs, reading);
   options.stream_bytes = input.held_bytes();
@@ -203,16 +217,25 @@ int runIngest(const IngestArguments& a, Ranks* ranks) {
   CellStream& all_cells = attributed ? static_cast<CellStream&>(*attributed) : cells;
   options.ranks = ranks;
   std::vector<SourceReport> reports;
+  std::error_code error;
+  const bool follows = a.sync && std::filesystem::exists(a.out + "/CURRENT", error);
+  const auto writeReport = [&](const SyncFates* fates) {
+    if (!report) return;
+    writeReportJson(report->stream(), reports, fates);
+    report->finish();
+  };
   options.provenance = [&] {
     progress.endReading();
     if (parts) parts->gather(attributed ? &*attributed : nullptr);
     if (!is_first) return Provenance{};
     reports = reportsOf(input, circuit ? &*circuit : nullptr);
-    if (report) {  // also if the inputs are then refused
-      writeReportJson(report->stream(), reports);
-      report->finish();
+    if (!follows) writeReport(nullptr);  // also if the inputs are then refused
+    try {
+      requireUsable(reports, circuit && !circuit->graphs().empty() ? nullptr : placed, a.strict);
+    } catch (const InputError&) {
+      if (follows) writeReport(nullptr);
+      throw;
     }
-    requireUsable(reports, circuit && !circuit->graphs().empty() ? nullptr : placed, a.strict);
     return provenanceOf(reports, placed);
   };
   options.progress = [&](const char* phase, std::uint64_t done, std::uint64_t total) {
@@ -220,15 +243,19 @@ int runIngest(const IngestArguments& a, Ranks* ranks) {
     progress.build(phase, all.done, all.total);
   };
 
-  GrowthResult result;
-  if (a.add)
-    result = addCells(all_cells, a.out, options);
+  SyncResult result;
+  if (follows)
+    result =
+        syncCells(all_cells, a.out, {a.remove_gone, [&](const SyncFates& fates) { writeReport(&fates); }}, options);
+  else if (a.add)
+    static_cast<GrowthResult&>(result) = addCells(all_cells, a.out, options);
   else
     result.set = ingest(all_cells, a.out, options);
+  if (!follows) result.counts.added = result.set.counts.cells;
   if (!is_first) return 0;
   progress.end();
   people << summary(reports);
-  if (circuit) people << describePopulations(circuit->populations());
+  if (circuit) people << describePopulations(circuit->populationsOf(reports));
   if (placed != nullptr) people << placementText(*placed);
   if (attributed) people << attributesText(*attributed);
   if (circuit)
@@ -236,7 +263,10 @@ int runIngest(const IngestArguments& a, Ranks* ranks) {
   if (const std::string doubt = attributed ? doubtAbout(*attributed) : ""; !doubt.empty())
     std::cerr << "filiform: note: " << doubt << '\n';
   if (const std::string doubt = input.unitDoubt(); !doubt.empty()) std::cerr << "filiform: note: " << doubt << '\n';
-  people << (a.add ? reportOf(a.out, result) : reportOf(a.out, result.set));
+  people << (a.sync  ? reportOf(a.out, result)
+             : a.add ? reportOf(a.out, static_cast<const GrowthResult&>(result))
+                     : reportOf(a.out, result.set));
+  if (a.json) std::cout << jsonText(ingestJson(result.set, reports, a.sync ? &result.counts : nullptr)) << '\n';
   return 0;
 }
 
@@ -251,6 +281,7 @@ void addIngestThat(CLI::App& app, Chosen& chosen, const Run& run) {
       "  filiform ingest circuit_config.json -o circuit.fil\n"
       "  filiform ingest nodes.h5 --morphologies merged-morphologies.h5 -o circuit.fil\n"
       "  filiform ingest --add more.zip -o column.fil\n"
+      "  filiform ingest --sync folder -o my.fil\n"
       "  filiform ingest --remove CELL -o my.fil\n"
       "Files that cannot be used are counted and named; the others are ingested. filiform check lists them "
       "beforehand.");
@@ -288,7 +319,11 @@ void addIngestThat(CLI::App& app, Chosen& chosen, const Run& run) {
   command->add_option("--remove", a->removed, "remove the cell of this name from the set; repeatable")
       ->type_name("CELL")
       ->allow_extra_args(false);
+  command->add_flag("--sync", a->sync,
+                    "make the set follow its input: add new cells, replace changed ones, keep equal ones");
+  command->add_flag("--delete", a->remove_gone, "with --sync: remove the cells that are no longer in the input");
   command->add_flag("--force", a->force, "replace an existing set");
+  command->add_flag("--json", a->json, "write one JSON object instead of text");
   command
       ->add_option("--log", a->log_s,
                    "write a line about the progress every N seconds to standard error, and how long each step took")

@@ -3,6 +3,7 @@
 #include "index/output.h"
 #include "index/query/cell_graph.h"
 #include "index/query/cell_paths.h"
+#include "index/query/cell_sections.h"
 #include "index/set/tile_set.h"
 #include "index/text.h"
 #include "solver/travel/places/cell_place_text.h"
@@ -41,28 +42,48 @@ std::string placeText(const CellPaths& cell, const CellPlace& place) {
   return "sample " + std::to_string(id) + (t > 0 ? "+" + formatNumber(t) : "");
 }
 
+// The section of a point of the path: the ends may lie between two samples.
+SectionPlace sectionAt(const CellPaths& cell, const CellSections& sections, const FoundPath& found, std::size_t point) {
+  const std::optional<std::uint32_t> sample = found.path.points[point].sample;
+  return sections.of(sample ? cell.at(*sample) : point == 0 ? found.from : found.to);
+}
+
 // The points one by one, because a path may have millions.
-void writePathJson(const CellPaths& cell, const FoundPath& found) {
-  std::string text = jsonText(pathHeadJson(cell, found));
+void writePathJson(const CellPaths& cell, const CellSections* sections, const FoundPath& found) {
+  std::string text = jsonText(pathHeadJson(cell, found, sections));
   text.pop_back();  // the closing brace
   std::cout << text << ",\"points\":[";
   const char* separator = "\n";
-  for (const CellPath::Point& point : found.path.points)
-    std::cout << std::exchange(separator, ",\n") << jsonText(pathPointJson(cell, point));
+  for (std::size_t i = 0; i < found.path.points.size(); ++i) {
+    nlohmann::ordered_json row = pathPointJson(cell, found.path.points[i]);
+    if (sections != nullptr) {
+      const auto [section, pos] = sectionAt(cell, *sections, found, i);
+      row["section_id"] = section;
+      row["section_pos"] = pos;
+    }
+    std::cout << std::exchange(separator, ",\n") << jsonText(row);
+  }
   std::cout << "\n]}\n";
 }
 
-void writePathTsv(const CellPaths& cell, const CellPath& path) {
-  std::cout << "sample\tx\ty\tz\talong\n";
-  for (const CellPath::Point& point : path.points) {
+void writePathTsv(const CellPaths& cell, const CellSections* sections, const FoundPath& found) {
+  std::cout << "sample\tx\ty\tz\talong\tsection_id\tsection_pos\n";
+  for (std::size_t i = 0; i < found.path.points.size(); ++i) {
+    const CellPath::Point& point = found.path.points[i];
     std::cout << (point.sample ? std::to_string(cell.graph().sample_ids[*point.sample]) : "-");
     for (const double value : {point.p_W.x(), point.p_W.y(), point.p_W.z(), point.along_um})
       std::cout << '\t' << formatNumber(value);
-    std::cout << '\n';
+    if (sections != nullptr) {
+      const auto [section, pos] = sectionAt(cell, *sections, found, i);
+      std::cout << '\t' << section << '\t' << formatNumber(pos) << '\n';
+    } else {
+      std::cout << "\t-\t-\n";
+    }
   }
 }
 
-void writePathText(std::ostream& out, const CellPaths& cell, const FoundPath& found, bool to_tip) {
+void writePathText(std::ostream& out, const CellPaths& cell, const CellSections* sections, const FoundPath& found,
+                   bool to_tip) {
   const auto hundredths = [](double value) {
     std::array<char, 64> text{};
     std::snprintf(text.data(), text.size(), "%.2f", value);
@@ -72,6 +93,10 @@ void writePathText(std::ostream& out, const CellPaths& cell, const FoundPath& fo
       << (to_tip ? "the farthest tip, " : "") << placeText(cell, found.to) << ": " << hundredths(found.path.length_um())
       << " um along the cell, " << hundredths(found.straight_um()) << " um straight, "
       << counted(found.path.points.size(), "point") << "\n";
+  if (sections == nullptr) return;
+  const SectionPlace from = sections->of(found.from), to = sections->of(found.to);
+  out << "  from section " << from.section << " at " << formatNumber(from.pos) << " to section " << to.section << " at "
+      << formatNumber(to.pos) << ", numbered as in SONATA\n";
 }
 
 // An unbranched cell of the path's points, with ids from 1. A point between two samples is rounded to the grid, and has
@@ -117,8 +142,7 @@ int runPath(const PathArguments& a) {
       throw UsageError("FROM is in '" + escaped(set->cell(cell_id).name, 80) + "' and TO in '" +
                        escaped(set->cell(other).name, 80) + "'; a path joins two places of one cell");
   }
-  const bool with_types = !a.out.empty() || from.soma || (to && to->soma);
-  const CellPaths cell(readCell(*set, cell_id, with_types));
+  const CellPaths cell(readCell(*set, cell_id, true));
   throwIfInterrupted();
   const FoundPath found = to ? pathBetween(cell, from, *to, throwIfInterrupted) : pathToFarthestTip(cell, from);
   if (!found.note.empty()) std::cerr << "filiform: note: " << found.note << '\n';
@@ -127,12 +151,16 @@ int runPath(const PathArguments& a) {
     writeSwc(out.stream(), cellOfPath(cell, found));
     out.finish();
   }
+  std::optional<CellSections> with_sections;
+  if (!cell.graph().isGraph()) with_sections.emplace(cell);
+  const CellSections* const sections = with_sections ? &*with_sections : nullptr;
   if (a.json)
-    writePathJson(cell, found);
+    writePathJson(cell, sections, found);
   else if (a.tsv)
-    writePathTsv(cell, found.path);
+    writePathTsv(cell, sections, found);
   else
-    writePathText(!a.out.empty() && isStandardOutput(a.out) ? std::cerr : std::cout, cell, found, a.to_farthest_tip);
+    writePathText(!a.out.empty() && isStandardOutput(a.out) ? std::cerr : std::cout, cell, sections, found,
+                  a.to_farthest_tip);
   return 0;
 }
 
@@ -145,8 +173,11 @@ void addPath(CLI::App& app, Chosen& chosen) {
       "Examples:\n  filiform path column.fil CELL:1 CELL:245\n  filiform path column.fil CELL:soma --to-farthest-tip\n"
       "  filiform path column.fil CELL:12+0.25 CELL:245 --tsv\n"
       "  filiform path column.fil CELL:1 CELL:245 -o path.swc\n"
+      "  filiform path column.fil CELL:section3+0.5 CELL:soma\n"
       "A place is CELL:soma; CELL:ID, with the id of a sample in its file; CELL:ID+T, between the sample (T = 0) and\n"
-      "its parent (T = 1); or CELL:X,Y,Z, the sample of the cell that is nearest to a point, um.\n"
+      "its parent (T = 1); CELL:X,Y,Z, the sample of the cell that is nearest to a point, um; or CELL:sectionN+POS, "
+      "in\n"
+      "section N as SONATA and NEURON number them, from its beginning (POS = 0) to its end (POS = 1).\n"
       "In a cell with loops, the shortest path is taken.");
   command->add_option("SET", a->set, "tile set, or its address")->required();
   command->add_option("FROM", a->from, "place where the path begins")->required()->type_name("PLACE");

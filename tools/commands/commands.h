@@ -17,6 +17,7 @@ using Around = std::function<int(const std::function<int()>& run)>;
 void addIngestTogether(CLI::App& app, Chosen& chosen, Ranks& ranks, const Around& around);
 void addCheckTogether(CLI::App& app, Chosen& chosen, Ranks& ranks, const Around& around);
 void addNearestTogether(CLI::App& app, Chosen& chosen, Ranks& ranks, const Around& around);
+void addAttributes(CLI::App& app, Chosen& chosen);
 void addCompact(CLI::App& app, Chosen& chosen);
 void addPush(CLI::App& app, Chosen& chosen);
 void addPull(CLI::App& app, Chosen& chosen);

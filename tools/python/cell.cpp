@@ -51,7 +51,7 @@ struct PythonCell {
       if (!text)
         throw py::value_error(std::string(name) + ": '" + inShort(given) +
                               "' is no place; give 'soma', a sample id or a point");
-      if (!text->soma && !text->p_W && text->t == 0) return paths.at(rankOf(name, text->sample));
+      if (!text->soma && !text->p_W && !text->section && text->t == 0) return paths.at(rankOf(name, text->sample));
       text->option = std::string(name) + " '" + inShort(given) + "'";
       return placesOf(paths, *text).front();
     }

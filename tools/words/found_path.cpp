@@ -20,10 +20,16 @@ std::string idText(const CellPaths& cell, const CellPlace& place) {
   return std::to_string(placeName(cell, place).first);
 }
 
-nlohmann::ordered_json placeJson(const CellPaths& cell, const CellPlace& place) {
+nlohmann::ordered_json placeJson(const CellPaths& cell, const CellPlace& place, const CellSections* sections) {
   const auto [id, t] = placeName(cell, place);
   const Vector3d p_W = cell.position_W(place);
-  return {{"sample", id}, {"t", t}, {"x", p_W.x()}, {"y", p_W.y()}, {"z", p_W.z()}};
+  nlohmann::ordered_json json{{"sample", id}, {"t", t}, {"x", p_W.x()}, {"y", p_W.y()}, {"z", p_W.z()}};
+  if (sections != nullptr) {
+    const auto [section, pos] = sections->of(place);
+    json["section_id"] = section;
+    json["section_pos"] = pos;
+  }
+  return json;
 }
 
 }  // namespace
@@ -64,12 +70,12 @@ std::pair<std::int64_t, double> placeName(const CellPaths& cell, const CellPlace
   return place.t == 1 ? std::pair(ids[place.parent], 0.0) : std::pair(ids[place.child], place.t);
 }
 
-nlohmann::ordered_json pathHeadJson(const CellPaths& cell, const FoundPath& found) {
+nlohmann::ordered_json pathHeadJson(const CellPaths& cell, const FoundPath& found, const CellSections* sections) {
   return {{"cell", cell.graph().name},
           {"length_um", found.path.length_um()},
           {"straight_um", found.straight_um()},
-          {"from", placeJson(cell, found.from)},
-          {"to", placeJson(cell, found.to)}};
+          {"from", placeJson(cell, found.from, sections)},
+          {"to", placeJson(cell, found.to, sections)}};
 }
 
 nlohmann::ordered_json pathPointJson(const CellPaths& cell, const CellPath::Point& point) {

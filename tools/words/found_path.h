@@ -2,6 +2,7 @@
 #pragma once
 
 #include "index/query/cell_paths.h"
+#include "index/query/cell_sections.h"
 #include "solver/travel/places/cell_place_text.h"
 
 #include <functional>
@@ -29,8 +30,9 @@ FoundPath pathToFarthestTip(const CellPaths& cell, const CellPlaceText& from);
 
 // A place as the user writes it, without the cell: {sample id, t}, the sample at t = 0.
 std::pair<std::int64_t, double> placeName(const CellPaths& cell, const CellPlace& place);
-// cell, length_um, straight_um, from, to.
-nlohmann::ordered_json pathHeadJson(const CellPaths& cell, const FoundPath& found);
+// cell, length_um, straight_um, from, to. With `sections`, the two places also have section_id and section_pos.
+nlohmann::ordered_json pathHeadJson(const CellPaths& cell, const FoundPath& found,
+                                    const CellSections* sections = nullptr);
 // sample (null between two samples), x, y, z, along.
 nlohmann::ordered_json pathPointJson(const CellPaths& cell, const CellPath::Point& point);
 

@@ -118,6 +118,12 @@ void AttributeTable::add(std::uint32_t cell, const std::vector<CellAttribute>& a
   }
 }
 
+std::map<std::string, AttributeType> AttributeTable::types() const {
+  std::map<std::string, AttributeType> types;
+  for (const auto& [name, column] : columns_) types[name] = column.type;
+  return types;
+}
+
 std::uint64_t AttributeTable::bytes() const {
   std::uint64_t sum = 0;
   for (const auto& [name, column] : columns_)

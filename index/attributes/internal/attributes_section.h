@@ -27,8 +27,9 @@ class AttributeTable {
   // counts.
   void add(std::uint32_t cell, const std::vector<CellAttribute>& attributes);
   bool empty() const { return columns_.empty(); }
-  std::uint64_t bytes() const;              // in memory, about
-  Bytes encode(std::uint32_t cells) const;  // requires that all cells added are below `cells`
+  std::map<std::string, AttributeType> types() const;  // by column
+  std::uint64_t bytes() const;                         // in memory, about
+  Bytes encode(std::uint32_t cells) const;             // requires that all cells added are below `cells`
 
  private:
   struct Column {

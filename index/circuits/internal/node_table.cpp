@@ -21,6 +21,9 @@ constexpr std::string_view kPlacing[] = {
     "orientation_w",        "orientation_x",        "orientation_y",        "orientation_z",
     "rotation_angle_xaxis", "rotation_angle_yaxis", "rotation_angle_zaxis", "recenter"};
 
+// Names of files: text, whatever they look like.
+constexpr std::string_view kKeys[] = {"morphology", "morphology_file"};
+
 bool places(std::string_view attribute) {
   return std::find(std::begin(kPlacing), std::end(kPlacing), attribute) != std::end(kPlacing);
 }
@@ -120,6 +123,8 @@ struct NodeTable::Reading {
     if (open->taken != open->rows * open->width) throw Damage{0, "fewer values than rows"};
     for (std::size_t i = 0; i < open->names.size(); ++i) {
       open->columns[i].rows = open->rows;
+      if (std::find(std::begin(kKeys), std::end(kKeys), open->names[i]) == std::end(kKeys))
+        open->columns[i].numbers = exactNumbers(open->columns[i].texts).value_or(std::vector<AttributeValue>());
       table.groups_[open->group][open->names[i]] = std::move(open->columns[i]);
     }
     open.reset();
@@ -144,6 +149,7 @@ AttributeValue NodeTable::Column::at(std::uint64_t row) const {
     case hdf5::ColumnType::integer:
       return integers[row];
     default:
+      if (!numbers.empty()) return numbers[codes[row]];
       return texts[codes[row]].empty() ? AttributeValue() : AttributeValue(texts[codes[row]]);
   }
 }

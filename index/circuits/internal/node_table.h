@@ -57,6 +57,7 @@ class NodeTable {
     std::vector<std::int64_t> integers;
     std::vector<std::uint32_t> codes;
     std::vector<std::string> texts;
+    std::vector<AttributeValue> numbers;  // not empty: what the texts say, such as the layer "6"
     AttributeValue at(std::uint64_t row) const;
     std::uint64_t size() const { return reals.size() + integers.size() + codes.size(); }
   };

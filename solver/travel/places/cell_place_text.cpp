@@ -4,6 +4,7 @@
 #include "index/count_text.h"
 #include "index/errors.h"
 #include "index/query/cell_paths.h"
+#include "index/query/cell_sections.h"
 #include "index/query/nearest.h"
 #include "index/text.h"
 
@@ -86,7 +87,16 @@ std::optional<CellPlaceText> readCellPlace(const std::string& text) {
   place.soma = lowerCase(after) == "soma";
   if (!place.soma) place.p_W = pointOf(after);
   if (place.soma || place.p_W) return place;
-  if (!take(after, place.sample)) return std::nullopt;
+  constexpr std::string_view kSection = "section";
+  if (lowerCase(after).starts_with(kSection)) {
+    after.remove_prefix(kSection.size());
+    std::uint32_t number = 0;
+    if (!take(after, number)) return std::nullopt;
+    place.section = number;
+    place.t = 0.5;
+  } else if (!take(after, place.sample)) {
+    return std::nullopt;
+  }
   if (after.empty()) return place;
   const bool between = after.starts_with('+');
   after.remove_prefix(1);
@@ -106,6 +116,12 @@ std::vector<CellPlace> placesOf(const CellPaths& cell, const CellPlaceText& text
   const std::string name = "'" + escaped(cell.graph().name, 80) + "'", sample = std::to_string(text.sample);
   if (text.soma) return somaPlaces(cell, text.option, name);
   if (text.p_W && cell.samples() > 0) return {nearestSample(cell, *text.p_W)};
+  if (text.section) {
+    const CellSections sections(cell);
+    if (const auto place = sections.at(*text.section, text.t)) return {*place};
+    throw UsageError(text.option + ": " + name + " has no section " + std::to_string(*text.section) + "; it has " +
+                     counted(sections.size(), "section") + ", numbered from 0");
+  }
   std::vector<CellPlace> places;
   bool is_there = false;
   std::size_t segments = 0;

@@ -258,5 +258,31 @@ TEST(CellFilter, IntegersKeepAllDigits) {
   EXPECT_EQ(count("root<720575940621039145.5e3"), 2u);
 }
 
+TEST(ExactNumbers, AreOnlyTextsThatReadBack) {
+  const auto text = [](const std::vector<std::string>& texts) {
+    std::string all;
+    const auto numbers = exactNumbers(texts);
+    if (!numbers) return std::string("text");
+    for (const AttributeValue& value : *numbers) all += (isMissing(value) ? "-" : textOf(value)) + " ";
+    return all;
+  };
+  EXPECT_EQ(text({"6", "1", "", "-2"}), "6 1 - -2 ");
+  EXPECT_EQ(text({"1,5", "2"}), "1.5 2 ");
+  EXPECT_EQ(text({"1.5", "2"}), "1.5 2 ");
+  EXPECT_EQ(text({"9007199254740992"}), "9007199254740992 ");
+  for (const std::vector<std::string>& texts : std::vector<std::vector<std::string>>{{"007", "1"},
+                                                                                     {"1.50"},
+                                                                                     {"1e5"},
+                                                                                     {"+1"},
+                                                                                     {" 1"},
+                                                                                     {"6", "L6"},
+                                                                                     {"9007199254740993"},
+                                                                                     {"1,234"},
+                                                                                     {""},
+                                                                                     {},
+                                                                                     {"nan"}})
+    EXPECT_EQ(text(texts), "text") << (texts.empty() ? "" : texts.front());
+}
+
 }  // namespace
 }  // namespace filiform

@@ -41,6 +41,15 @@ TEST(AttributeTable, NamesThatLookLikeNumbersStayText) {
   EXPECT_EQ(attributeText(table, "c"), "code=7f3;");
 }
 
+TEST(AttributeTable, DecimalCommasMakeNumbersUnlessTheyMayBeThousands) {
+  const AttributeTable table = AttributeTable::parse(
+      "name;depth;price;both;list\na;1,5;1,234;1,5;1,2,3\nb;-0,25;12,500;2.5;4\nc;3;7;1;5\n", "t", "name");
+  EXPECT_EQ(attributeText(table, "a"), "depth=1.5;price=1,234;both=1,5;list=1,2,3;");
+  EXPECT_EQ(attributeText(table, "b"), "depth=-0.25;price=12,500;both=2.5;list=4;");
+  EXPECT_EQ(table.attributes(table.find("c")).front().value, AttributeValue(std::int64_t{3}));
+  EXPECT_EQ(attributeText(AttributeTable::parse("name,d\na,\"1,234\"\nb,\"0,5\"\n", "t", "name"), "a"), "d=1.234;");
+}
+
 TEST(AttributeTable, QuotedFieldsHoldAnything) {
   const AttributeTable table =
       AttributeTable::parse(",name,region\n0,a,\"['neocortex', 'layer \"\"5\"\"']\nleft\"\n1,a,x\n", "t", "name");

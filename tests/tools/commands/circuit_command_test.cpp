@@ -208,6 +208,12 @@ TEST_F(CircuitCommand, WhatIsNotPlacedIsCountedAndACircuitThatPlacesNothingIsRef
   EXPECT_NE(partly.out.find("2 nodes, 1 placed, 0 without a morphology, 1 whose morphology is missing"),
             std::string::npos)
       << partly.out;
+  fs::create_directories(*folder_ / "broken");
+  test::writeBytes(*folder_ / "broken/bad.swc", "");
+  const Outcome broken = checked("broken", "node_type_id morphology\n7 a\n8 bad\n");
+  EXPECT_NE(broken.out.find("2 nodes, 1 placed, 0 without a morphology, 1 whose morphology is refused"),
+            std::string::npos)
+      << broken.out;
   for (const auto& [types, reason] :
        {std::pair("node_type_id morphology\n7 A\n8 B\n", "the morphologies of 2 are missing, the first is A.swc"),
         {"node_type_id kind\n7 a\n8 b\n", "none has a morphology (attribute morphology or morphology_file)"}}) {
@@ -267,6 +273,30 @@ TEST_F(CircuitCommand, OldFilesWithGroupsAndPositionsAreRead) {
   EXPECT_EQ(textOf(attributes.value(attributes.find("x").value(), cell("p/1"))), "1");
   EXPECT_EQ(textOf(attributes.value(attributes.find("only_here").value(), cell("p/2"))), "second");
   EXPECT_EQ(textOf(attributes.value(attributes.find("only_here").value(), cell("p/1"))), "");
+}
+
+// Circuits of the Open Brain Institute hold layers as text.
+TEST_F(CircuitCommand, NumbersThatAreHeldAsTextCompareAsNumbers) {
+  const SmallCircuit circuit(*folder_ / "text");
+  test::writeBytes(*folder_ / "text/types.csv", "node_type_id\n7\n");
+  fs::copy_file(*folder_ / "text/a.swc", *folder_ / "text/12.swc");
+  circuit.write([](Hdf5Writer& out) {
+    out.integers("nodes/p/node_type_id", "i64", 1, std::vector<std::int64_t>{7, 7, 7});
+    writePlaces(out, 3);
+    out.texts("nodes/p/0/layer", {"6", "5", ""});
+    out.texts("nodes/p/0/code", {"007", "1", "2"});
+    out.texts("nodes/p/0/morphology", {"12", "12", "12"});
+  });
+  const std::string set = *folder_ / "text.fil";
+  const Outcome made = ingestFine({circuit.config()}, set);
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  const Outcome deep = runFiliform({"cells", set, "--json", "--where", "layer>=5.5"});
+  ASSERT_EQ(deep.exit_code, 0) << deep.err;
+  const nlohmann::json cells = nlohmann::json::parse(deep.out);
+  ASSERT_EQ(cells.size(), 1u);
+  EXPECT_EQ(cells[0].at("attributes").at("layer"), 6);
+  EXPECT_EQ(cells[0].at("attributes").at("code"), "007");
+  EXPECT_EQ(cells[0].at("attributes").at("morphology"), "12");
 }
 
 TEST_F(CircuitCommand, VasculatureIsReadAsAGraph) {

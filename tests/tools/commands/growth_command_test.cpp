@@ -2,10 +2,12 @@
 #include "tests/support/process.h"
 #include "tests/support/temp_folder.h"
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 namespace filiform {
 namespace {
@@ -64,6 +66,39 @@ TEST_F(GrowthCommands, CompactSetsAreAsOneIngest) {
   EXPECT_EQ(current(), test::readBytes(all + "/CURRENT"));
 }
 
+TEST_F(GrowthCommands, ASetFollowsItsFolder) {
+  const std::string lab = folder_ / "lab", set = folder_ / "lab.fil", report = folder_ / "r.json";
+  std::filesystem::create_directories(lab);
+  for (const char* const name : {"a.swc", "b.swc"}) std::filesystem::copy(folder_ / name, lab);
+  auto outcome = runFiliform({"ingest", "--sync", lab, "-o", set});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("lab.fil: 2 new cells, 0 changed, 0 equal, 0 removed\n"), std::string::npos)
+      << outcome.out;
+  std::filesystem::copy(folder_ / "c.swc", lab);
+  std::filesystem::remove(lab + "/b.swc");
+  outcome = runFiliform({"ingest", "--sync", lab, "-o", set, "--report", report});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_NE(
+      outcome.out.find("1 new cell, 0 changed, 1 equal, 0 removed\n  1 cell of the set is no longer in the input and "
+                       "stays; --delete removes it\n"),
+      std::string::npos)
+      << outcome.out;
+  const nlohmann::json files = nlohmann::json::parse(test::readBytes(report));
+  ASSERT_EQ(files.size(), 3u);
+  EXPECT_EQ(files.at(0).at("sync"), "equal");
+  EXPECT_EQ(files.at(1).at("sync"), "new");
+  EXPECT_EQ(files.at(2), nlohmann::json({{"file", "b.swc"}, {"sync", "gone"}}));
+  outcome = runFiliform({"ingest", "--sync", lab, "-o", set, "--delete", "--json"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const nlohmann::json json = nlohmann::json::parse(outcome.out);
+  EXPECT_EQ(json.at("sync").at("removed"), 1);
+  EXPECT_EQ(json.at("sync").at("equal"), 2);
+  EXPECT_EQ(json.at("cells"), 2);
+  EXPECT_EQ(runFiliform({"verify", "--deep", set}).exit_code, 0);
+  outcome = runFiliform({"ingest", "--sync", lab, "-o", set, "--delete"});
+  EXPECT_NE(outcome.out.find("unchanged"), std::string::npos) << outcome.out;
+}
+
 TEST_F(GrowthCommands, RefusalsSayWhatToDo) {
   const std::string before = current();
   const auto refused = [&](const std::vector<std::string>& arguments, int code, const char* text) {
@@ -79,6 +114,12 @@ TEST_F(GrowthCommands, RefusalsSayWhatToDo) {
   refused({"ingest", "--add", folder_ / "c.swc", "-o", folder_ / "none.fil"}, 3, "filiform ingest");
   refused({"ingest", "-o", set_}, 2, "INPUT");
   refused({"compact", folder_ / "none.fil"}, 3, "filiform ingest");
+  refused({"ingest", "--sync", "--add", folder_ / "c.swc", "-o", set_}, 2, "--sync");
+  refused({"ingest", "--sync", "--force", folder_ / "c.swc", "-o", set_}, 2, "--force");
+  refused({"ingest", "--delete", folder_ / "c.swc", "-o", set_}, 2, "--remove CELL");
+  std::filesystem::create_directories(folder_ / "empty");
+  refused({"ingest", "--sync", "--delete", folder_ / "empty", "-o", set_}, 1, "empty");
+  refused({"ingest", "--sync", "--delete", folder_ / "absent", "-o", set_}, 3, "absent");
   EXPECT_EQ(current(), before);
 }
 

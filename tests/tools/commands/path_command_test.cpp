@@ -65,29 +65,48 @@ TEST_F(PathCommand, LengthsAreThoseAlongTheCell) {
 
 TEST_F(PathCommand, TextJsonAndTsvAgree) {
   const Outcome text = path({"fork:3+0.5", "fork:5"});
-  EXPECT_EQ(text.out, "fork: from sample 3+0.5 to sample 5: 22.50 um along the cell, 22.05 um straight, 4 points\n");
+  EXPECT_EQ(text.out,
+            "fork: from sample 3+0.5 to sample 5: 22.50 um along the cell, 22.05 um straight, 4 points\n"
+            "  from section 2 at 0.5 to section 5 at 1, numbered as in SONATA\n");
   const Outcome tsv = path({"fork:3+0.5", "fork:5", "--tsv"});
   EXPECT_EQ(tsv.out,
-            "sample\tx\ty\tz\talong\n-\t11.5\t2\t0\t0\n2\t10\t0\t0\t2.5\n4\t10\t-10\t0\t12.5\n5\t10\t-20\t0\t22.5\n");
+            "sample\tx\ty\tz\talong\tsection_id\tsection_pos\n-\t11.5\t2\t0\t0\t2\t0.5\n2\t10\t0\t0\t2.5\t1\t1\n"
+            "4\t10\t-10\t0\t12.5\t3\t1\n5\t10\t-20\t0\t22.5\t5\t1\n");
   const auto json = nlohmann::ordered_json::parse(path({"fork:3+0.5", "fork:5", "--json"}).out);
   std::vector<std::string> keys;
   for (const auto& [key, value] : json.items()) keys.push_back(key);
   EXPECT_EQ(keys, (std::vector<std::string>{"cell", "length_um", "straight_um", "from", "to", "points"}));
   EXPECT_EQ(json.at("cell"), "fork");
   EXPECT_EQ(json.at("length_um"), 22.5);
-  EXPECT_EQ(json.at("from").dump(), R"({"sample":3,"t":0.5,"x":11.5,"y":2.0,"z":0.0})");
-  EXPECT_EQ(json.at("to").dump(), R"({"sample":5,"t":0.0,"x":10.0,"y":-20.0,"z":0.0})");
+  EXPECT_EQ(json.at("from").dump(),
+            R"({"sample":3,"t":0.5,"x":11.5,"y":2.0,"z":0.0,"section_id":2,"section_pos":0.5})");
+  EXPECT_EQ(json.at("to").dump(),
+            R"({"sample":5,"t":0.0,"x":10.0,"y":-20.0,"z":0.0,"section_id":5,"section_pos":1.0})");
   ASSERT_EQ(json.at("points").size(), 4u);
-  EXPECT_EQ(json.at("points").at(0).dump(), R"({"sample":null,"x":11.5,"y":2.0,"z":0.0,"along":0.0})");
-  EXPECT_EQ(json.at("points").at(3).dump(), R"({"sample":5,"x":10.0,"y":-20.0,"z":0.0,"along":22.5})");
+  EXPECT_EQ(json.at("points").at(0).dump(),
+            R"({"sample":null,"x":11.5,"y":2.0,"z":0.0,"along":0.0,"section_id":2,"section_pos":0.5})");
+  EXPECT_EQ(json.at("points").at(3).dump(),
+            R"({"sample":5,"x":10.0,"y":-20.0,"z":0.0,"along":22.5,"section_id":5,"section_pos":1.0})");
+}
+
+TEST_F(PathCommand, PlacesInSectionsAreGivenAndTaken) {
+  EXPECT_EQ(length_um("fork:section2+0.5", "fork:3+0.5"), 0);
+  EXPECT_EQ(length_um("fork:section5+0.25", "fork:5+0.75"), 0);
+  EXPECT_EQ(length_um("fork:section0", "fork:soma"), 0);
+  EXPECT_EQ(length_um("fork:section3", "fork:4+0.5"), 0) << "the middle, as in NEURON";
+  expectRefusal({"fork:section6+0.5", "fork:1"}, {"has no section 6", "it has 6 sections, numbered from 0"});
+  expectRefusal({"fork:section2+1.5", "fork:1"}, {"CELL:sectionN+POS"});
+  expectRefusal({"square:section0", "square:1"}, {"has loops"});
+  const Outcome loops = path({"square:1", "square:3", "--tsv"});
+  EXPECT_NE(loops.out.find("\t-\t-\n"), std::string::npos) << loops.out;
 }
 
 TEST_F(PathCommand, TheFarthestTipIsAlongTheCell) {
   const Outcome text = path({"fork:1", "--to-farthest-tip"});
   EXPECT_EQ(text.exit_code, 0) << text.err;
-  EXPECT_EQ(
-      text.out,
-      "fork: from sample 1 to the farthest tip, sample 5: 30.00 um along the cell, 22.36 um straight, 4 points\n");
+  EXPECT_EQ(text.out,
+            "fork: from sample 1 to the farthest tip, sample 5: 30.00 um along the cell, 22.36 um straight, 4 points\n"
+            "  from section 0 at 0.5 to section 5 at 1, numbered as in SONATA\n");
   const auto json = nlohmann::json::parse(path({"fork:5", "--to-farthest-tip", "--json"}).out);
   EXPECT_EQ(json.at("to").at("sample"), 1) << "a root with one neurite is a tip";
   EXPECT_EQ(json.at("length_um"), 30);

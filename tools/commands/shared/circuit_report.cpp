@@ -46,6 +46,7 @@ std::string describePopulations(const std::vector<PopulationReport>& populations
     }
     text += formatCount(p.placed) + " placed, " + formatCount(p.without) + " without a morphology";
     if (p.missing > 0) text += ", " + formatCount(p.missing) + " whose morphology is missing";
+    if (p.refused > 0) text += ", " + formatCount(p.refused) + " whose morphology is refused";
     if (p.placed > 0) {
       std::array<char, 160> line{};
       std::snprintf(line.data(), line.size(), "; mean direction of local +y (%.3f, %.3f, %.3f), length %.5f",

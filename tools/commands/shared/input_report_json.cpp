@@ -5,18 +5,21 @@
 #include <optional>
 #include <ostream>
 #include <string>
+#include <utility>
 
 namespace filiform::tools {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-// `outcome`: null for an archive whose entries count instead.
+// `outcome`: null for an archive whose entries count instead. `source`: of its cells.
 Json figures(const char* title, const std::string& input, std::uint64_t bytes, const InputReport& report,
-             const InputOutcome* outcome) {
+             const InputOutcome* outcome, const std::string& source, const SyncFates* fates) {
   Json members = {{title, input}, {"bytes", bytes}, {"severity", std::string(name(report.severity))}};
   if (outcome != nullptr) members["fate"] = std::string(name(outcome->fate));
   if (outcome != nullptr && outcome->isLost()) members["reason"] = outcome->reason;
+  if (fates != nullptr)
+    if (const auto fate = fates->find(source); fate != fates->end()) members["sync"] = std::string(name(fate->second));
   members["samples"] = report.samples;
   members["segments"] = report.segments;
   members["dropped_lines"] = report.dropped_lines;
@@ -46,9 +49,10 @@ nlohmann::ordered_json countsJson(const CodeCounts& codes) {
   return counts;
 }
 
-void writeSourceJson(std::ostream& out, const SourceReport& source, std::size_t level) {
+void writeSourceJson(std::ostream& out, const SourceReport& source, std::size_t level, const SyncFates* fates) {
   const std::optional<InputOutcome> own = outcomeOfInput(source);
-  OpenJson row(out, figures("file", source.file, source.bytes, source.report, own ? &*own : nullptr), level);
+  OpenJson row(
+      out, figures("file", source.file, source.bytes, source.report, own ? &*own : nullptr, source.file, fates), level);
   row.beginText("dropped");
   if (anyDropped(source))
     writeDropped(source, [&](std::string_view piece) { row.addText(piece); });
@@ -61,7 +65,10 @@ void writeSourceJson(std::ostream& out, const SourceReport& source, std::size_t 
     for (const EntryReport& entry : source.entries) {
       row.beginElement();
       const InputOutcome outcome = outcomeOfInput(source, entry);
-      OpenJson one(out, figures("entry", entry.entry, entry.bytes, entry.report, &outcome), level + 2);
+      OpenJson one(
+          out,
+          figures("entry", entry.entry, entry.bytes, entry.report, &outcome, source.file + "/" + entry.entry, fates),
+          level + 2);
       writeRecords(entry.report, one, out, level + 2);
       one.end();
     }
@@ -70,15 +77,17 @@ void writeSourceJson(std::ostream& out, const SourceReport& source, std::size_t 
   row.end();
 }
 
-void writeReportJson(std::ostream& out, const std::vector<SourceReport>& reports) {
+void writeReportJson(std::ostream& out, const std::vector<SourceReport>& reports, const SyncFates* fates) {
   out << '[';
   const char* between = "\n ";
   for (const SourceReport& source : reports) {
-    out << between;
-    between = ",\n ";
-    writeSourceJson(out, source, 1);
+    out << std::exchange(between, ",\n ");
+    writeSourceJson(out, source, 1, fates);
   }
-  out << (reports.empty() ? "]\n" : "\n]\n");
+  for (const auto& [source, fate] : fates != nullptr ? *fates : SyncFates())
+    if (fate == SyncFate::kGone || fate == SyncFate::kRemoved)
+      out << std::exchange(between, ",\n ") << indentedJson({{"file", source}, {"sync", std::string(name(fate))}}, 1);
+  out << (*between == ',' ? "\n]\n" : "]\n");
 }
 
 }  // namespace filiform::tools

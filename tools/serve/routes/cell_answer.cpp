@@ -161,7 +161,7 @@ Answer pathAnswer(const Call& call) {
     if (cellOfPlace(*call.served, *to, "to") != id) throw Refusal(400, "a path joins two places of one cell");
   }
   refuseLargeCell(call.served->store().cell(id));
-  const CellPaths cell(readCell(call.served->store(), id, from.soma || (to && to->soma)));
+  const CellPaths cell(readCell(call.served->store(), id, from.needsTypes() || (to && to->needsTypes())));
   TimedStore::check();
   const FoundPath found = to ? pathBetween(cell, from, *to, TimedStore::check) : pathToFarthestTip(cell, from);
   nlohmann::ordered_json json = pathHeadJson(cell, found);

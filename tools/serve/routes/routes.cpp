@@ -142,7 +142,8 @@ const std::vector<Route>& routeTable() {
        "The path along a cell between two places",
        kJsonType,
        {{"from", "string",
-         "CELL:soma, CELL:ID, CELL:ID+T towards the sample's parent, or CELL:X,Y,Z; a part of a name is enough"},
+         "CELL:soma, CELL:ID, CELL:ID+T towards the sample's parent, CELL:X,Y,Z, or CELL:sectionN+POS; a part of a "
+         "name is enough"},
         {"to", "string", "the same, on the same cell; or tip, for the tip that is farthest along the cell"}},
        false,
        pathAnswer},

@@ -20,9 +20,10 @@ std::vector<BlockKey> leafKeys(const TileSet& set) {
 
 }  // namespace
 
-Addition::Addition(const TileSet& base, const TileSet& added, GrownRevision& to)
+Addition::Addition(const TileSet& base, const TileSet& added, const TilesWithout& without, GrownRevision& to)
     : base_(base),
       added_(added),
+      without_(without),
       to_(to),
       partition_(grownLeaves(leafKeys(base), leafKeys(added))),
       base_of_(partition_.leaves().size(), kNoTile),
@@ -42,8 +43,14 @@ void Addition::run(const std::function<void(std::uint64_t, std::uint64_t)>& step
     if (t != added_.long_tile()) place(t);
   }
   flush();
-  for (TileId t = 0; t < base_.tile_count(); ++t)
-    if (!done_[t]) to_.keep(t);
+  for (TileId t = 0; t < base_.tile_count(); ++t) {
+    if (done_[t]) continue;
+    if (!without_.touches(t)) {
+      to_.keep(t);
+    } else if (auto [left, look] = without_.left(t); !left.empty()) {
+      to_.write(t, base_.entry(t).key, t == base_.long_tile(), std::move(left), look);
+    }
+  }
   to_.number();
   for (auto& [cell, item] : owners_) item = to_.tileOf(item);
   std::sort(owners_.begin(), owners_.end());
@@ -145,10 +152,19 @@ void Addition::finishLeaf(std::uint32_t leaf, std::vector<StoredSegment> segment
   if (was == kNoTile) {
     item = to_.write(std::nullopt, partition_.leaves()[leaf], false, std::move(segments), look);
   } else {
-    done_[was] = true;
-    item = to_.add(was, std::move(segments), look);
+    item = addTo(was, std::move(segments), look);
   }
   for (const std::uint32_t cell : cells) owners_.emplace_back(cell, item);
+}
+
+// Adds segments to a tile of the base.
+GrownRevision::Item Addition::addTo(TileId tile, std::vector<StoredSegment> segments, const TileAppearance& look) {
+  done_[tile] = true;
+  if (!without_.touches(tile)) return to_.add(tile, std::move(segments), look);
+  auto [all, looks] = without_.left(tile);
+  all.insert(all.end(), segments.begin(), segments.end());
+  appendAppearance(look, looks);
+  return to_.write(tile, base_.entry(tile).key, tile == base_.long_tile(), std::move(all), looks);
 }
 
 void Addition::addLong() {
@@ -166,8 +182,7 @@ void Addition::addLong() {
   if (base_.long_tile() == kNoTile) {
     item = to_.write(std::nullopt, BlockKey{}, true, std::move(segments), look);
   } else {
-    done_[base_.long_tile()] = true;
-    item = to_.add(base_.long_tile(), std::move(segments), look);
+    item = addTo(base_.long_tile(), std::move(segments), look);
   }
   for (const std::uint32_t cell : cells) owners_.emplace_back(cell, item);
 }

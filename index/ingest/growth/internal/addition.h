@@ -3,6 +3,7 @@
 
 #include "index/geometry/partition.h"
 #include "index/ingest/growth/internal/grown_revision.h"
+#include "index/ingest/growth/internal/removal.h"
 #include "index/set/tile_set.h"
 
 #include <cstdint>
@@ -17,7 +18,8 @@ namespace filiform::internal {
 // that of the base. Thread rule: thread-compatible.
 class Addition {
  public:
-  Addition(const TileSet& base, const TileSet& added, GrownRevision& to);
+  // `without`: what remains of the tiles of the base. All arguments must outlive the object.
+  Addition(const TileSet& base, const TileSet& added, const TilesWithout& without, GrownRevision& to);
 
   // Passes all tiles of the new revision on and numbers them. step(done, total) is called for each added tile. Throws
   // what the sets and the revision throw. O(tiles + segments added).
@@ -34,10 +36,12 @@ class Addition {
   void flush();
   void finishLeaf(std::uint32_t leaf, std::vector<StoredSegment> segments, const TileAppearance& look);
   void addLong();
+  GrownRevision::Item addTo(TileId tile, std::vector<StoredSegment> segments, const TileAppearance& look);
   bool isLong(const SegmentId& id) const;
   void meet(const StoredSegment& s, std::uint32_t begin, std::uint32_t end);
 
   const TileSet &base_, &added_;
+  const TilesWithout& without_;
   GrownRevision& to_;
   Partition partition_;
   std::vector<TileId> base_of_;          // by leaf

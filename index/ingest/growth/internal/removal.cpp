@@ -111,32 +111,42 @@ class NearestPoint {
 
 }  // namespace
 
+TilesWithout::TilesWithout(const TileSet& base, const std::vector<bool>& removed) : base_(base), removed_(removed) {
+  if (std::find(removed.begin(), removed.end(), true) != removed.end()) touched_ = Holders(base, removed).find();
+}
+
+bool TilesWithout::touches(TileId tile) const { return std::binary_search(touched_.begin(), touched_.end(), tile); }
+
+std::pair<std::vector<StoredSegment>, TileAppearance> TilesWithout::left(TileId t) const {
+  const TileAppearance look = base_.loadAppearance(t);
+  std::vector<StoredSegment> all, left;
+  TileAppearance left_look;
+  appendSegments(*base_.load(t), all);
+  std::size_t owned = 0;
+  for (const StoredSegment& s : all) {
+    const std::size_t at = owned;
+    owned += s.owned ? 1 : 0;
+    if (removed_[s.id.cell]) continue;
+    left.push_back(s);
+    if (!s.owned) continue;
+    left_look.radii_um.push_back(look.radii_um[at]);
+    left_look.types.push_back(look.types[at]);
+  }
+  return {std::move(left), std::move(left_look)};
+}
+
 void removeFromTiles(const TileSet& base, const std::vector<bool>& removed, GrownRevision& to,
                      const std::function<void(std::uint64_t, std::uint64_t)>& step) {
-  const std::vector<TileId> holders = Holders(base, removed).find();
+  const TilesWithout without(base, removed);
   std::size_t next = 0;
   for (TileId t = 0; t < base.tile_count(); ++t) {
-    if (next == holders.size() || holders[next] != t) {
+    if (!without.touches(t)) {
       to.keep(t);
       continue;
     }
-    step(next++, holders.size());
-    const auto tile = base.load(t);
-    const TileAppearance look = base.loadAppearance(t);
-    std::vector<StoredSegment> all, left;
-    TileAppearance left_look;
-    appendSegments(*tile, all);
-    std::size_t owned = 0;
-    for (const StoredSegment& s : all) {
-      const std::size_t at = owned;
-      owned += s.owned ? 1 : 0;
-      if (removed[s.id.cell]) continue;
-      left.push_back(s);
-      if (!s.owned) continue;
-      left_look.radii_um.push_back(look.radii_um[at]);
-      left_look.types.push_back(look.types[at]);
-    }
-    if (!left.empty()) to.write(t, tile->key(), tile->isLong(), std::move(left), left_look);
+    step(next++, without.touched().size());
+    auto [left, look] = without.left(t);
+    if (!left.empty()) to.write(t, base.entry(t).key, t == base.long_tile(), std::move(left), look);
   }
   to.number();
 }

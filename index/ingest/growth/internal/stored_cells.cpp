@@ -9,13 +9,16 @@
 
 namespace filiform::internal {
 
-StoredCells::StoredCells(std::vector<const TileSet*> sets) : sets_(std::move(sets)) {
+StoredCells::StoredCells(std::vector<const TileSet*> sets) : StoredCells(std::move(sets), {}, {}) {}
+
+StoredCells::StoredCells(std::vector<const TileSet*> sets, const std::vector<bool>& removed, Change change)
+    : sets_(std::move(sets)), change_(std::move(change)) {
   for (std::uint32_t s = 0; s < sets_.size(); ++s) {
     now_.emplace_back(sets_[s]->cell_count(), UINT32_MAX);
     somata_.push_back(storedSomata(*sets_[s]));
     attributes_.push_back(std::make_unique<CellAttributes>(*sets_[s]));
     for (std::uint32_t c = 0; c < sets_[s]->cell_count(); ++c)
-      if (!sets_[s]->cell(c).removed) order_.push_back({s, c});
+      if (!sets_[s]->cell(c).removed && !(s == 0 && c < removed.size() && removed[c])) order_.push_back({s, c});
   }
   std::stable_sort(order_.begin(), order_.end(), [this](const Place& a, const Place& b) {
     const TileSet &one = *sets_[a.set], &other = *sets_[b.set];
@@ -29,11 +32,13 @@ TakenCell StoredCells::cell(std::uint32_t id) const {
   const TileSet& set = *sets_[order_[id].set];
   const std::uint32_t cell = order_[id].cell;
   const auto [begin, end] = std::ranges::equal_range(somata_[order_[id].set], cell, {}, &SomaRoot::cell);
-  return {set.cell(cell),
-          set.cellDigest(cell),
-          withTiles(set.encodedDetail(cell), [](std::vector<TileId>& tiles) { tiles.clear(); }),
-          {begin, end},
-          attributes_[order_[id].set]->of(cell)};
+  TakenCell taken{set.cell(cell),
+                  set.cellDigest(cell),
+                  withTiles(set.encodedDetail(cell), [](std::vector<TileId>& tiles) { tiles.clear(); }),
+                  {begin, end},
+                  attributes_[order_[id].set]->of(cell)};
+  if (change_) change_(cell + (order_[id].set == 0 ? 0 : sets_[0]->cell_count()), taken);
+  return taken;
 }
 
 void StoredCells::forEachSegment(const std::function<void(const SegmentRecord& record)>& use) const {
@@ -45,7 +50,10 @@ void StoredCells::forEachSegment(const std::function<void(const SegmentRecord& r
       const TileAppearance look = sets_[s]->loadAppearance(t);
       std::size_t owned = 0;
       for (const StoredSegment& one : segments) {
-        if (!one.owned) continue;
+        if (!one.owned || now_[s][one.id.cell] == UINT32_MAX) {
+          owned += one.owned ? 1 : 0;
+          continue;
+        }
         use({{now_[s][one.id.cell], one.id.segment},
              one.child_sample,
              one.parent_sample,

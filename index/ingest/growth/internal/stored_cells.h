@@ -19,6 +19,10 @@ class StoredCells {
   // digest. Equal ones stay in the order of the sets and their ids. The sets must outlive this object. Throws
   // CorruptSet, IoError.
   explicit StoredCells(std::vector<const TileSet*> sets);
+  // The same without some cells of the first set. `change` is called for each cell that is taken, and may give it other
+  // names and attributes. `cell`: its id, counted on from the first set to the second.
+  using Change = std::function<void(std::uint32_t cell, TakenCell& taken)>;
+  StoredCells(std::vector<const TileSet*> sets, const std::vector<bool>& removed, Change change);
 
   std::uint32_t size() const { return static_cast<std::uint32_t>(order_.size()); }
   TakenCell cell(std::uint32_t id) const;
@@ -30,6 +34,7 @@ class StoredCells {
     std::uint32_t set, cell;
   };
   std::vector<const TileSet*> sets_;
+  Change change_;
   std::vector<Place> order_;                                 // by new id
   std::vector<std::vector<std::uint32_t>> now_;              // new id, by set and cell
   std::vector<std::vector<SomaRoot>> somata_;                // by set
