@@ -99,10 +99,17 @@ bool readAll(internal::ByteStream& in, const SkeletonInfo& info, internal::Graph
     if (!readBits(in, 4, a) || !readBits(in, 4, b)) return false;
     graph.link(a, b, std::uint64_t{i} + 1);
   }
+  const double radius_unit_nm = info.radiusUnit_nm();
+  const auto isNamed = [](const SkeletonInfo::Attribute& attribute, std::string_view id) {
+    return attribute.components == 1 && attribute.id == id;
+  };
+  const bool has_types = std::any_of(info.attributes.begin(), info.attributes.end(),
+                                     [&](const auto& attribute) { return isNamed(attribute, "vertex_types"); });
   for (const SkeletonInfo::Attribute& attribute : info.attributes) {
-    const bool radius = attribute.components == 1 && attribute.id == "radius";
-    const bool type = attribute.components == 1 && attribute.id == "vertex_types";
+    const bool radius = isNamed(attribute, "radius");
+    const bool type = isNamed(attribute, has_types ? "vertex_types" : "compartment");
     if (!radius && !type) {
+      graph.remark(InputCode::W_ATTRIBUTE, 0, attribute.id);
       if (!in.skip(std::uint64_t{nodes} * attribute.components * bytesOfType(attribute.type))) return false;
       continue;
     }
@@ -111,7 +118,8 @@ bool readAll(internal::ByteStream& in, const SkeletonInfo& info, internal::Graph
       if (!readBits(in, bytesOfType(attribute.type), bits)) return false;
       const double value = valueOf(bits, attribute.type);
       if (radius) {
-        graph.setRadius(i, value * kNanometre_um, std::uint64_t{i} + 1);
+        const double radius_um = radius_unit_nm > 0 ? value * radius_unit_nm * kNanometre_um : std::nan("");
+        graph.setRadius(i, radius_um, std::uint64_t{i} + 1);
       } else if (value >= 0 && value <= 65535 && value == std::floor(value)) {
         graph.setType(i, static_cast<std::uint16_t>(value));
       } else {
@@ -157,6 +165,15 @@ ShardScheme shardingOf(const Json& json, Fail fail) {
 }
 
 }  // namespace
+
+double SkeletonInfo::radiusUnit_nm() const {
+  const std::array<double, 12>& m = transform_nm;
+  const double x = m[0], y = m[5], z = m[10];
+  const bool diagonal = m[1] == 0 && m[2] == 0 && m[4] == 0 && m[6] == 0 && m[8] == 0 && m[9] == 0;
+  if (diagonal && std::abs(x) == std::abs(y) && std::abs(x) == std::abs(z)) return std::abs(x);  // without rounding
+  const double volume = x * (y * z - m[6] * m[9]) - m[1] * (m[4] * z - m[6] * m[8]) + m[2] * (m[4] * m[9] - y * m[8]);
+  return std::cbrt(std::abs(volume));
+}
 
 bool SkeletonInfo::isSkeletonInfo(std::string_view json) { return isOfSkeletons(parsed(json)); }
 

@@ -2,9 +2,10 @@
 // the object's id in decimal digits; or with shards, which hold many objects (shard_scheme.h).
 //
 // A skeleton file is little-endian: u32 node count, u32 link count, float32 x y z for each node, a u32 pair for each
-// link, then each attribute of the info in order. The info's 3x4 `transform` converts positions to nanometres. The
-// attribute `radius` is in nanometres, one number a node. `vertex_types` holds SWC type codes. A file whose length
-// differs from its counts: E_FORMAT.
+// link, then each attribute of the info in order. The info's 3x4 `transform` converts positions to nanometres. Of the
+// attributes with one number a node, `radius` has the unit of the stored positions, and `vertex_types`, or without it
+// `compartment`, holds SWC type codes. Each other attribute is left out (W_ATTRIBUTE, once a skeleton). A file whose
+// length differs from its counts: E_FORMAT.
 #pragma once
 
 #include "index/formats/internal/shard_scheme.h"
@@ -35,6 +36,10 @@ struct SkeletonInfo {
   std::string segment_properties;  // folder below that of the info, with the ids of objects; empty: none
 
   static constexpr std::size_t kMaxBytes = std::size_t{1} << 20;
+
+  // Nanometres of one unit of `radius`: the cube root of the volume that `transform_nm` gives to a unit cube. The
+  // specification wants one scale for all axes. 0 for a transform that flattens.
+  double radiusUnit_nm() const;
 
   // True if the text is the `info` of skeletons.
   static bool isSkeletonInfo(std::string_view json);
