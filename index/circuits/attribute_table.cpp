@@ -184,7 +184,9 @@ bool AttributedCells::next(Cell& cell) {
     return false;
   }
   const std::string name = cell.name.empty() ? cellNames({cell.source}).front() : cell.name;
-  const std::size_t row = table_.find(name);
+  std::size_t row = table_.find(name);
+  for (const CellAttribute& attribute : cell.attributes)  // a skeleton with a name also has an id
+    if (row == AttributeTable::kNone && attribute.name == "id") row = table_.find(textOf(attribute.value));
   if (with_row_ + without_row_ == 0) first_cell_ = name;
   if (!complete_) ++(row == AttributeTable::kNone ? without_row_ : with_row_);
   if (row == AttributeTable::kNone) return true;

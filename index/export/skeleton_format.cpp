@@ -19,15 +19,15 @@ void putLittleEndian(std::string& bytes, std::uint32_t bits, int count) {
   for (int i = 0; i < count; ++i) bytes += static_cast<char>(bits >> (8 * i) & 0xff);
 }
 
-// The nm value that a reader converts back to this radius, if one exists.
-float nanometresOf(float um) {
-  const auto back = [](float nm) { return static_cast<float>(static_cast<double>(nm) * 1e-3); };
-  const float nm = static_cast<float>(static_cast<double>(um) * 1e3);
-  const float up = std::nextafter(nm, std::numeric_limits<float>::infinity());
-  const float down = std::nextafter(nm, 0.0F);
-  for (const float candidate : {nm, up, down})
+// The radius in quanta that a reader converts back to this radius, if one exists.
+float quantaOf(float um, double quantum_nm) {
+  const auto back = [&](float quanta) { return static_cast<float>(static_cast<double>(quanta) * quantum_nm * 1e-3); };
+  const float quanta = static_cast<float>(static_cast<double>(um) / (quantum_nm * 1e-3));
+  const float up = std::nextafter(quanta, std::numeric_limits<float>::infinity());
+  const float down = std::nextafter(quanta, 0.0F);
+  for (const float candidate : {quanta, up, down})
     if (back(candidate) == um) return candidate;
-  return nm;
+  return quanta;
 }
 
 }  // namespace
@@ -81,8 +81,9 @@ void SkeletonFormat::write(std::ostream& out, const CellGraph& cell) const {
     putLittleEndian(bytes, parent, 4);
     putLittleEndian(bytes, child, 4);
   }
+  const double quantum_nm = grid_.quantum_um() * 1e3;
   for (const float radius : cell.radii_um)
-    putLittleEndian(bytes, std::bit_cast<std::uint32_t>(std::isnan(radius) ? radius : nanometresOf(radius)), 4);
+    putLittleEndian(bytes, std::bit_cast<std::uint32_t>(std::isnan(radius) ? radius : quantaOf(radius, quantum_nm)), 4);
   for (const std::uint16_t type : cell.types)
     putLittleEndian(bytes, std::bit_cast<std::uint32_t>(static_cast<float>(type)), 4);
   out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));

@@ -2,10 +2,10 @@
 // skeleton_properties.h has the text of `segment_properties/info`.
 //
 // Each skeleton is named by the cell's number (cell_numbers.h). Vertices are whole quanta from the centre of the
-// bounds, as 32-bit floats. `transform` in `info` converts them to nm, exactly. `radius` is in nm; `vertex_types` are
-// the types of the samples. Both are 32-bit floats, the only attributes that the released Neuroglancer (2.41.2) draws.
-// Nodes are numbered by rank. Input reads the folder back with the same grid points, links and types. Thread rule:
-// immutable.
+// bounds, as 32-bit floats. `transform` in `info` converts them to nm, exactly. `radius` is in quanta too, as the
+// specification says; `vertex_types` are the types of the samples. Both are 32-bit floats, the only attributes that the
+// released Neuroglancer (2.41.2) draws. Nodes are numbered by rank. Input reads the folder back with the same grid
+// points, links and types. Thread rule: immutable.
 #pragma once
 
 #include "index/query/cell_graph.h"
@@ -34,8 +34,8 @@ class SkeletonFormat {
 
   // Text of the file `info`. Without sharding, each skeleton is a file named by its number.
   std::string info(const std::optional<SkeletonSharding>& sharding = std::nullopt) const;
-  // Writes one skeleton. Requires radii and types. Radii are 32-bit floats in nm; a radius read back in um may differ
-  // by a factor of 1e-7.
+  // Writes one skeleton. Requires radii and types. Radii are 32-bit floats in quanta; a radius read back in um may
+  // differ by a factor of 1e-7.
   void write(std::ostream& out, const CellGraph& cell) const;
 
  private:

@@ -4,6 +4,7 @@
 #include "index/containers/internal/h5_container.h"
 #include "index/count_text.h"
 #include "index/errors.h"
+#include "index/formats/object_ids.h"
 #include "index/input/internal/archive_report.h"
 #include "index/input/internal/input_state.h"
 #include "index/text.h"
@@ -36,7 +37,7 @@ constexpr std::size_t kOpenArchivesOfThread = 2;
 constexpr std::uint64_t kBytesOfInput = 1024;       // of a listed file or entry, without names
 constexpr std::uint64_t kGuessOfRatio = 8;          // content of packed bytes whose size is not stated
 constexpr std::uint64_t kGuessOfObject = 1 << 20;   // content of an object at an address
-constexpr unsigned kThreadsForServers = 8;          // mostly waiting
+constexpr unsigned kThreadsForServers = 16;         // mostly waiting
 constexpr std::uint64_t kBytesOfByte = 9;           // most memory for each byte of an input while it is read
 constexpr std::uint64_t kBytesOfReader = 16 << 20;  // arrays that a thread keeps
 constexpr std::uint64_t kMostReadAhead = 256 << 20;
@@ -52,16 +53,26 @@ InputReport unreadableFor(const std::string& reason) {
   return report;
 }
 
+std::string infoIn(const std::string& folder) {
+  try {
+    return filesInFolder(folder)->findText("info", SkeletonInfo::kMaxBytes).value_or("");
+  } catch (const IoError& failure) {
+    if (failure.isShortage()) throw;
+    return {};
+  }
+}
+
 // What the user may have meant by a folder without inputs.
 std::string hintAt(const fs::path& folder) {
   std::error_code error;
+  if (const std::string what = SkeletonInfo::elsewhere(infoIn(folder.native()), "info").what; !what.empty())
+    return "; its info is that of " + what + "; give a folder of skeletons, or a volume whose info names one";
   if (fs::is_regular_file(folder / "circuit_config.json", error)) return "; for the circuit, name circuit_config.json";
   const fs::directory_iterator end;
   for (fs::directory_iterator at(folder, error); !error && at != end; at.increment(error)) {
     const std::string name = at->path().filename().string();
     if (endsWithNoCase(name, ".h5")) return "; name H5 files of morphologies themselves, such as " + escaped(name, 100);
-    std::error_code absent;
-    if (fs::is_regular_file(at->path() / "info", absent))
+    if (SkeletonInfo::isSkeletonInfo(infoIn(at->path().native())))
       return "; for skeletons, name their folder, such as " + escaped(name, 100);
   }
   return {};
@@ -188,6 +199,11 @@ InputItem internal::InputState::inputItem(const Item& item) const {
   input.bytes = rows[item.row].bytes;
   input.format = file.format;
   input.skeleton = file.skeleton.get();
+  input.properties = file.properties.get();
+  if (file.properties) {
+    const std::string& name = item.entry == kNoEntry ? file.shown : containers.at(item.row)->entries()[item.entry].name;
+    readObjectId(std::string_view(name).substr(0, name.find('.')), input.object);
+  }
   input.packed = file.packed;
   if (file.packed) {
     input.estimated = true;
@@ -450,6 +466,11 @@ std::vector<std::string_view> Input::sources() const {
 std::uint64_t Input::held_bytes() const {
   std::uint64_t bytes = (state_->items.size() + state_->rows.size()) * kBytesOfInput;
   for (const State::Item& item : state_->items) bytes += 4 * item.source.size();
+  const SegmentProperties* last = nullptr;  // the files of one source follow each other
+  for (const ListedFile& file : state_->files) {
+    if (file.properties && file.properties.get() != last) bytes += file.properties->held_bytes();
+    last = file.properties.get();
+  }
   return bytes;
 }
 std::uint64_t Input::reading_bytes() const { return (state_->readingThreads() - 1) * state_->bytesOfThread(); }

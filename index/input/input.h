@@ -48,8 +48,8 @@ class Input : public CellStream {
   // H5 morphology or a container of some, each an entry (read by internal::Hdf5Process, a program of its own); *.edges,
   // *.obj, *.vtk and *.asc are graphs (index/formats/internal/graph_file.h); all others are SWC; a further .gz means
   // that the file is packed. Graph files other than .asc inside folders and archives are ignored, since such folders
-  // usually hold meshes. An argument that begins with http://, https:// or precomputed:// is the folder of precomputed
-  // skeletons on a server.
+  // usually hold meshes. An argument that begins with http://, https://, gs://, s3:// or precomputed:// is
+  // the folder of precomputed skeletons on a server, or of a volume whose info names them.
   //
   // Symbolic links to files and folders are followed. Within one folder argument, each real file (device and inode, so
   // hard links too) is read once and each real folder is entered once, under its lowest path in byte order.

@@ -32,7 +32,7 @@ constexpr std::array<CodeText, kInputCodes> kTexts = {{
     {"REPEATED_POINT", "first point of a section, equal to the point where it begins; one kept"},
     {"SOMA_CONTOUR", "outline of a soma; kept as a sphere at its mean, with the mean distance as radius"},
     {"SOMA_LINK", "link from the soma to a neurite, which the format does not state; --no-soma-links leaves it out"},
-    {"W_ATTRIBUTE", "attribute of another type or length than its cells; left out"},
+    {"W_ATTRIBUTE", "attribute that a set does not keep, of its name, type or length; left out"},
     {"W_BAD_ID", "id negative, fractional or too large; line dropped"},
     {"W_BAD_LINE", "id or coordinate is not a number; line dropped"},
     {"W_BAD_PARENT", "parent is not an integer; sample kept as a root"},

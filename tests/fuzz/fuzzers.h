@@ -14,6 +14,7 @@ using Input = std::span<const std::uint8_t>;
 
 void fuzzSwc(Input input);
 void fuzzGraph(Input input);
+void fuzzProperties(Input input);
 void fuzzZip(Input input);
 void fuzzPacked(Input input);
 void fuzzJson(Input input);
@@ -58,6 +59,7 @@ inline constexpr Target kTargets[] = {
     {"hdf5", fuzzHdf5, 20000},
     {"packed", fuzzPacked, 10000},
     {"json", fuzzJson, 20000},
+    {"properties", fuzzProperties, 20000},
     {"asc", fuzzAsc, 20000},
     {"shard", fuzzShard, 20000},
 };

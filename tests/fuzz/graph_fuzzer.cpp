@@ -1,6 +1,10 @@
 #include "index/errors.h"
 #include "index/formats/internal/graph_file.h"
+#include "index/formats/internal/segment_properties.h"
 #include "tests/fuzz/fuzz_bytes.h"
+
+#include <algorithm>
+#include <set>
 
 namespace filiform::fuzz {
 
@@ -28,6 +32,27 @@ void fuzzGraph(Input input) {
   require(cell.isGraph() || cell.parents.size() == n, "a cell is a forest or has links");
   for (const auto& [child, parent] : cell.links) require(child < n && parent < n, "links are between samples");
   for (const std::uint32_t parent : cell.parents) require(parent == kNoParent || parent < n, "parents are samples");
+}
+
+// The info of segment properties, or of a volume.
+void fuzzProperties(Input input) {
+  const std::string_view text = asText(input);
+  try {
+    SkeletonInfo::elsewhere(text, "info");
+  } catch (const InputError&) {
+  }
+  try {
+    const SegmentProperties properties(text, "info");
+    require(std::is_sorted(properties.ids().begin(), properties.ids().end()), "ids ascend");
+    for (const std::uint64_t id : properties.ids()) {
+      Cell cell;
+      properties.apply(id, cell);
+      std::set<std::string> names;
+      for (const CellAttribute& attribute : cell.attributes)
+        require(names.insert(attribute.name).second && !isMissing(attribute.value), "each attribute has one value");
+    }
+  } catch (const InputError&) {
+  }
 }
 
 }  // namespace filiform::fuzz

@@ -33,12 +33,23 @@ class SkeletonFiles {
     virtual void read(std::uint64_t offset, std::span<char> bytes) = 0;  // throws IoError
   };
   virtual std::unique_ptr<File> open(const std::string& file, std::uint64_t bytes) const = 0;
-  // Throws IoError, also beyond `most` bytes.
+  // Throws IoError, also beyond `most` bytes; internal::NotOnServer if a server has no such file.
   virtual std::string readWhole(const std::string& file, std::uint64_t most) const = 0;
+  // The same for a skeleton, which RemoteOptions::cache_folder keeps.
+  virtual std::string readObject(const std::string& file, std::uint64_t most) const { return readWhole(file, most); }
+  // readWhole(), unpacked if it is gzip data; `most` holds for the content. Throws IoError for damaged gzip data too.
+  std::string readText(const std::string& file, std::uint64_t most) const;
+  // readText(), or nullopt if there is no such file; also if a server refuses it, as object stores do then.
+  std::optional<std::string> findText(const std::string& file, std::uint64_t most) const;
+
+ protected:
+  virtual bool isAbsent(const std::string& file) const = 0;  // false if only reading can tell
 };
 
 std::shared_ptr<const SkeletonFiles> filesInFolder(std::string folder);
-// `address`: of the folder, without a slash at its end.
+// `address`: of the folder, http, https or s3, without a slash at its end. With RemoteOptions::cache_folder, skeletons
+// and shards that were read before come from there, by address and, for shards, size. Throws IoError for a folder that
+// cannot be used, UsageError for a malformed s3 address or unusable keys.
 std::shared_ptr<const SkeletonFiles> filesAtAddress(std::string address, const RemoteOptions& options);
 
 // A shard. With `ids`, in ascending order, only these objects are entries; those that it lacks are refused as

@@ -2,8 +2,8 @@
 
 #include "index/errors.h"
 #include "index/file/internal/byte_stream.h"
+#include "index/formats/internal/bounded_json.h"
 #include "index/formats/internal/graph_builder.h"
-#include "index/formats/object_ids.h"
 #include "index/text.h"
 
 #include <algorithm>
@@ -14,8 +14,6 @@
 #include <string>
 #include <utility>
 
-#include <nlohmann/json.hpp>
-
 namespace filiform {
 namespace {
 
@@ -23,17 +21,6 @@ using Json = nlohmann::json;
 using Type = SkeletonInfo::Attribute::Type;
 
 constexpr double kNanometre_um = 1e-3;
-
-Json parsed(std::string_view text) {
-  // Limit the nesting: the parsed tree is destroyed by recursion.
-  int depth = 0, deepest = 0;
-  for (const char c : text) {
-    depth += c == '[' || c == '{';
-    depth -= c == ']' || c == '}';
-    deepest = std::max(deepest, depth);
-  }
-  return deepest > 64 ? Json(Json::value_t::discarded) : Json::parse(text, nullptr, false);
-}
 
 bool isOfSkeletons(const Json& json) {
   return json.is_object() && json.contains("@type") && json["@type"] == "neuroglancer_skeletons";
@@ -99,10 +86,17 @@ bool readAll(internal::ByteStream& in, const SkeletonInfo& info, internal::Graph
     if (!readBits(in, 4, a) || !readBits(in, 4, b)) return false;
     graph.link(a, b, std::uint64_t{i} + 1);
   }
+  const double radius_unit_nm = info.radiusUnit_nm();
+  const auto isNamed = [](const SkeletonInfo::Attribute& attribute, std::string_view id) {
+    return attribute.components == 1 && attribute.id == id;
+  };
+  const bool has_types = std::any_of(info.attributes.begin(), info.attributes.end(),
+                                     [&](const auto& attribute) { return isNamed(attribute, "vertex_types"); });
   for (const SkeletonInfo::Attribute& attribute : info.attributes) {
-    const bool radius = attribute.components == 1 && attribute.id == "radius";
-    const bool type = attribute.components == 1 && attribute.id == "vertex_types";
+    const bool radius = isNamed(attribute, "radius");
+    const bool type = isNamed(attribute, has_types ? "vertex_types" : "compartment");
     if (!radius && !type) {
+      graph.remark(InputCode::W_ATTRIBUTE, 0, attribute.id);
       if (!in.skip(std::uint64_t{nodes} * attribute.components * bytesOfType(attribute.type))) return false;
       continue;
     }
@@ -111,7 +105,8 @@ bool readAll(internal::ByteStream& in, const SkeletonInfo& info, internal::Graph
       if (!readBits(in, bytesOfType(attribute.type), bits)) return false;
       const double value = valueOf(bits, attribute.type);
       if (radius) {
-        graph.setRadius(i, value * kNanometre_um, std::uint64_t{i} + 1);
+        const double radius_um = radius_unit_nm > 0 ? value * radius_unit_nm * kNanometre_um : std::nan("");
+        graph.setRadius(i, radius_um, std::uint64_t{i} + 1);
       } else if (value >= 0 && value <= 65535 && value == std::floor(value)) {
         graph.setType(i, static_cast<std::uint16_t>(value));
       } else {
@@ -158,11 +153,55 @@ ShardScheme shardingOf(const Json& json, Fail fail) {
 
 }  // namespace
 
-bool SkeletonInfo::isSkeletonInfo(std::string_view json) { return isOfSkeletons(parsed(json)); }
+double SkeletonInfo::radiusUnit_nm() const {
+  const std::array<double, 12>& m = transform_nm;
+  const double x = m[0], y = m[5], z = m[10];
+  const bool diagonal = m[1] == 0 && m[2] == 0 && m[4] == 0 && m[6] == 0 && m[8] == 0 && m[9] == 0;
+  if (diagonal && std::abs(x) == std::abs(y) && std::abs(x) == std::abs(z)) return std::abs(x);  // without rounding
+  const double volume = x * (y * z - m[6] * m[9]) - m[1] * (m[4] * z - m[6] * m[8]) + m[2] * (m[4] * m[9] - y * m[8]);
+  return std::cbrt(std::abs(volume));
+}
+
+bool SkeletonInfo::isGzip(std::string_view head, std::uint64_t bytes) const {
+  if (head.size() < 8 || !head.starts_with("\x1f\x8b\x08")) return false;
+  const auto word = [&](std::size_t at) {
+    std::uint64_t value = 0;
+    for (std::size_t i = 4; i-- > 0;) value = value << 8 | static_cast<unsigned char>(head[at + i]);
+    return value;
+  };
+  std::uint64_t bytes_of_node = 12;
+  for (const Attribute& attribute : attributes) bytes_of_node += attribute.components * bytesOfType(attribute.type);
+  return bytes != 8 + word(0) * bytes_of_node + word(4) * 8;
+}
+
+SkeletonInfo::Elsewhere SkeletonInfo::elsewhere(std::string_view text, const std::string& file) {
+  const Json json = internal::boundedJson(text);
+  if (!json.is_object()) return {};
+  const auto member = [&](const char* key) {
+    return json.contains(key) && json[key].is_string() ? json[key].get<std::string>() : std::string();
+  };
+  const std::string type = member("@type"), kind = member("type");
+  if (type == "neuroglancer_legacy_mesh" || type == "neuroglancer_multilod_draco")
+    return {.folder = {}, .what = "meshes"};
+  if (type != "neuroglancer_multiscale_volume" &&
+      (!json.contains("scales") || (kind != "image" && kind != "segmentation")))
+    return {.folder = {}, .what = escaped(type, 60)};
+  Elsewhere found{.folder = member("skeletons")};
+  while (found.folder.ends_with('/')) found.folder.pop_back();
+  if (found.folder.find("..") != std::string::npos || found.folder.starts_with('/'))
+    throw InputError(inShort(file) + ": its skeletons lead out of the folder");
+  if (!found.folder.empty()) return found;
+  found.what = kind == "image"           ? "an image volume, which has no skeletons"
+               : !member("mesh").empty() ? "a volume with meshes, but without skeletons"
+                                         : "a volume without skeletons";
+  return found;
+}
+
+bool SkeletonInfo::isSkeletonInfo(std::string_view json) { return isOfSkeletons(internal::boundedJson(json)); }
 
 SkeletonInfo SkeletonInfo::parse(std::string_view text, const std::string& file) {
   const auto fail = [&](const std::string& what) { throw InputError(inShort(file) + ": " + what); };
-  const Json json = parsed(text);
+  const Json json = internal::boundedJson(text);
   if (!isOfSkeletons(json)) fail("is not the info of neuroglancer skeletons");
   SkeletonInfo info;
   if (json.contains("sharding") && !json["sharding"].is_null()) info.sharding = shardingOf(json["sharding"], fail);
@@ -204,21 +243,6 @@ SkeletonInfo SkeletonInfo::parse(std::string_view text, const std::string& file)
     info.attributes.push_back(std::move(attribute));
   }
   return info;
-}
-
-std::vector<std::uint64_t> readSegmentProperties(std::string_view text, const std::string& file) {
-  const Json json = parsed(text);
-  std::vector<std::uint64_t> ids;
-  const bool listed = json.is_object() && json.contains("inline") && json["inline"].is_object() &&
-                      json["inline"].contains("ids") && json["inline"]["ids"].is_array();
-  if (!listed) throw InputError(inShort(file) + ": holds no list inline.ids of segment properties");
-  for (const Json& id : json["inline"]["ids"]) {
-    ids.emplace_back();
-    if (!id.is_string() || !readObjectId(id.get_ref<const std::string&>(), ids.back()))
-      throw InputError(inShort(file) + ": id " + std::to_string(ids.size()) +
-                       " is not a text of decimal digits from 0 to 2^64-1");
-  }
-  return ids;
 }
 
 void readSkeleton(internal::ByteStream& in, const SkeletonInfo& info, internal::GraphBuilder& graph) {

@@ -3,10 +3,15 @@
 #include "index/errors.h"
 #include "index/input/internal/file_listing.h"
 #include "index/remote/internal/http_errors.h"
+#include "index/remote/internal/remote_address.h"
 #include "index/remote/internal/url_origin.h"
 #include "index/text.h"
+#include "index/workers.h"
 
 #include <algorithm>
+#include <atomic>
+#include <cstdlib>
+#include <exception>
 #include <set>
 #include <string>
 #include <utility>
@@ -14,24 +19,42 @@
 namespace filiform::internal {
 namespace {
 
-constexpr std::string_view kPrecomputed = "precomputed://";
-constexpr std::uint64_t kMostProperties = std::uint64_t{1} << 28;  // bytes
+constexpr std::string_view kSchemes = "gs://, s3://, http:// or https://";
 constexpr std::uint64_t kMostShardsAsked = 65536;
-
-std::shared_ptr<const std::vector<std::uint64_t>> ascending(std::vector<std::uint64_t> ids) {
-  std::sort(ids.begin(), ids.end());
-  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
-  return std::make_shared<const std::vector<std::uint64_t>>(std::move(ids));
-}
+constexpr std::size_t kMostAsking = 16;  // requests at once
 
 std::string shownOf(const std::string& address) {
   const std::size_t slash = address.rfind('/');
   return slash + 1 < address.size() ? address.substr(slash + 1) : address;
 }
 
-// The shards that may hold an object, and exist.
+bool takePrefix(std::string& text, std::string_view prefix) {
+  if (lowerCase(text.substr(0, prefix.size())) != prefix) return false;
+  text.erase(0, prefix.size());
+  return true;
+}
+
+// As the programs of Google find it.
+std::string endpointOfGoogle() {
+  const char* const set = std::getenv("STORAGE_EMULATOR_HOST");
+  std::string endpoint = set != nullptr && *set != '\0' ? set : "https://storage.googleapis.com";
+  while (endpoint.ends_with('/')) endpoint.pop_back();
+  return endpoint.find("://") == std::string::npos ? "http://" + endpoint : endpoint;
+}
+
+std::string infoAt(const SkeletonFiles& files) {
+  try {
+    return files.readText("info", SkeletonInfo::kMaxBytes);
+  } catch (const NotOnServer&) {
+    throw IoError(inShort(files.pathOf("info")),
+                  "is not on the server (404); give the address of a folder of skeletons, or of a volume whose info "
+                  "names one");
+  }
+}
+
+// The shards that may hold an object, and exist. Adds to `missing` the others.
 std::vector<std::string> shardsAt(const SkeletonFiles& files, const SkeletonInfo& info, const ListingOptions& options,
-                                  const std::string& address) {
+                                  const std::string& address, std::set<std::string>& missing) {
   std::set<std::uint64_t> numbers;
   if (options.ids) {
     for (const std::uint64_t id : *options.ids) numbers.insert(info.sharding->shardOf(id));
@@ -42,13 +65,31 @@ std::vector<std::string> shardsAt(const SkeletonFiles& files, const SkeletonInfo
                        " shards, and a server does not list them; name the objects with --ids FILE");
     for (std::uint64_t shard = 0; shard < all; ++shard) numbers.insert(shard);
   }
+  const std::vector<std::uint64_t> asked(numbers.begin(), numbers.end());
+  std::vector<std::exception_ptr> absent(asked.size());  // why a shard is not there; without objects it has no file
+  std::atomic<std::size_t> next{0};
+  const std::size_t most = std::min<std::size_t>(kMostAsking, options.remote.connections);
+  runWorkers(std::clamp<std::size_t>(asked.size(), 1, most), [&](unsigned, const std::atomic<bool>& failed) {
+    for (std::size_t i = next++; i < asked.size() && !failed; i = next++) {
+      try {
+        files.size(info.sharding->fileNameOf(asked[i]));
+      } catch (const NotOnServer&) {
+        absent[i] = std::current_exception();
+      } catch (const DeniedByServer&) {  // also the answer of some object stores for a file that is not there
+        absent[i] = std::current_exception();
+      }
+    }
+  });
   std::vector<std::string> names;
-  for (const std::uint64_t number : numbers) {
-    std::string name = info.sharding->fileNameOf(number);
+  for (std::size_t i = 0; i < asked.size(); ++i) {
+    const std::string name = info.sharding->fileNameOf(asked[i]);
+    absent[i] ? void(missing.insert(name)) : names.push_back(name);
+  }
+  if (!names.empty()) return names;
+  for (const std::exception_ptr& reason : absent) {
     try {
-      files.size(name);
-      names.push_back(std::move(name));
-    } catch (const NotOnServer&) {  // a shard without objects has no file
+      std::rethrow_exception(reason);
+    } catch (const NotOnServer&) {
     }
   }
   return names;
@@ -57,35 +98,62 @@ std::vector<std::string> shardsAt(const SkeletonFiles& files, const SkeletonInfo
 }  // namespace
 
 std::string skeletonAddress(const std::string& argument) {
-  std::string address = argument.starts_with(kPrecomputed) ? argument.substr(kPrecomputed.size()) : argument;
-  if (originOf(address).empty()) return {};
+  std::string address = argument;
+  const bool named = takePrefix(address, "precomputed://");
+  takePrefix(address, "middleauth+");  // of CAVE: the token of --token-file
+  const std::size_t bar = address.find('|');
+  const std::string reader = bar == std::string::npos ? std::string() : address.substr(bar + 1);
+  address.resize(std::min(bar, address.size()));
+  const bool google = takePrefix(address, "gs://"), s3 = isS3Address(address);
   while (address.ends_with('/')) address.pop_back();
+  if (google) {
+    if (address.empty()) throw UsageError(inShort(argument) + ": is not a valid address; give gs://BUCKET/PATH");
+    address = endpointOfGoogle() + "/" + address;
+  } else if (!s3 && originOf(address).empty()) {
+    if (named) throw UsageError(inShort(argument) + ": is not a valid address; give " + std::string(kSchemes));
+    return {};
+  }
+  if (!s3 && originOf(address).empty())
+    throw UsageError(inShort(argument) + ": is not a valid address; check the bucket and STORAGE_EMULATOR_HOST");
+  if (bar != std::string::npos && reader != "neuroglancer-precomputed:")
+    throw InputError(inShort(argument) + ": of what follows '|', only neuroglancer-precomputed: is known");
   return address;
 }
 
-std::vector<ListedFile> listAddress(const std::string& address, const ListingOptions& options) {
-  const auto source = filesAtAddress(address, options.remote);
-  const std::string text = source->readWhole("info", SkeletonInfo::kMaxBytes);
-  if (!SkeletonInfo::isSkeletonInfo(text))
-    throw InputError(inShort(address) + ": its info is not that of skeletons; give the address of their folder");
-  const auto info = std::make_shared<const SkeletonInfo>(SkeletonInfo::parse(text, source->pathOf("info")));
-  ListingOptions wanted = options;
-  if (!wanted.ids && !info->segment_properties.empty()) {
-    const std::string file = info->segment_properties + "/info";
-    try {
-      wanted.ids = ascending(readSegmentProperties(source->readWhole(file, kMostProperties), source->pathOf(file)));
-    } catch (const NotOnServer&) {
-      if (!info->sharding) throw;
+std::vector<ListedFile> listAddress(const std::string& given, const ListingOptions& options) {
+  std::string address = given;
+  auto source = filesAtAddress(address, options.remote);
+  std::string text = infoAt(*source);
+  if (!SkeletonInfo::isSkeletonInfo(text)) {
+    const SkeletonInfo::Elsewhere there = SkeletonInfo::elsewhere(text, source->pathOf("info"));
+    if (!there.folder.empty()) {
+      address += "/" + there.folder;
+      source = filesAtAddress(address, options.remote);
+      text = infoAt(*source);
     }
+    if (there.folder.empty() || !SkeletonInfo::isSkeletonInfo(text))
+      throw InputError(inShort(address) + ": its info is " +
+                       (there.what.empty() ? "not that of skeletons" : "that of " + there.what) +
+                       "; give the address of a folder of skeletons, or of a volume whose info names one");
   }
+  const auto info = std::make_shared<const SkeletonInfo>(SkeletonInfo::parse(text, source->pathOf("info")));
+  const auto properties = readProperties(*source, *info);
+  ListingOptions wanted = options;
+  if (!wanted.ids && properties && !properties->ids().empty())
+    wanted.ids = std::make_shared<const std::vector<std::uint64_t>>(properties->ids());
   std::vector<ListedFile> files;
   if (info->sharding) {
-    for (const std::string& name : shardsAt(*source, *info, wanted, address)) {
+    std::set<std::string> missing;
+    for (const std::string& name : shardsAt(*source, *info, wanted, address, missing)) {
       ListedFile file{source->pathOf(name), name};
       file.kind = FileKind::shard;
       files.push_back(std::move(file));
     }
     if (files.empty()) throw InputError(inShort(address) + ": holds no shard" + (wanted.ids ? " with these ids" : ""));
+    if (wanted.ids)
+      for (const std::uint64_t id : *wanted.ids)
+        if (const std::string shard = info->sharding->fileNameOf(info->sharding->shardOf(id)); missing.contains(shard))
+          files.push_back(missingObject(*source, id, "its shard " + shard + " is not on the server (404)"));
   } else {
     if (!wanted.ids)
       throw InputError(inShort(address) +
@@ -96,6 +164,7 @@ std::vector<ListedFile> listAddress(const std::string& address, const ListingOpt
   }
   for (ListedFile& file : files) {
     file.skeleton = info;
+    file.properties = properties;
     file.skeleton_files = source;
     file.ids = wanted.ids;
   }

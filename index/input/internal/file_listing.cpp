@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <set>
 #include <system_error>
@@ -85,8 +86,6 @@ std::vector<ListedFile> listFolder(const std::string& folder, MorphologyVersion 
   return files;
 }
 
-std::string readInfo(const SkeletonFiles& files) { return files.readWhole("info", SkeletonInfo::kMaxBytes); }
-
 bool isWanted(const ListingOptions& options, std::string_view name) {
   if (!options.ids) return true;
   std::uint64_t id = 0;
@@ -103,21 +102,34 @@ ListedFile shardOf(const std::shared_ptr<const SkeletonFiles>& files, const std:
   return file;
 }
 
-// The files of a folder of Neuroglancer skeletons; empty for another folder.
-std::vector<ListedFile> listSkeletons(const std::string& folder, const ListingOptions& options) {
+// The files of a folder of Neuroglancer skeletons, or of a volume's folder whose info names them; empty for another
+// folder. `is_volume`: the folder is named by the info of a volume.
+std::vector<ListedFile> listSkeletons(const std::string& folder, const ListingOptions& options,
+                                      bool is_volume = false) {
   const std::shared_ptr<const SkeletonFiles> source = filesInFolder(folder);
   std::error_code error;
   const std::string path = source->pathOf("info");
   if (!fs::is_regular_file(path, error) || fs::file_size(path, error) > SkeletonInfo::kMaxBytes || error) return {};
-  std::string text;
+  std::optional<std::string> text;
   try {
-    text = readInfo(*source);
+    text = source->findText("info", SkeletonInfo::kMaxBytes);
   } catch (const IoError& failure) {
     if (failure.isShortage()) throw;
     return {};
   }
-  if (!SkeletonInfo::isSkeletonInfo(text)) return {};
-  const auto info = std::make_shared<const SkeletonInfo>(SkeletonInfo::parse(text, path));
+  if (!text) return {};
+  if (!SkeletonInfo::isSkeletonInfo(*text)) {
+    const SkeletonInfo::Elsewhere there = SkeletonInfo::elsewhere(*text, path);
+    if (there.folder.empty() || is_volume) return {};
+    const std::string below = source->pathOf(there.folder);
+    std::vector<ListedFile> files = listSkeletons(below, options, true);
+    if (files.empty())
+      throw InputError(inShort(path) + ": names the folder of skeletons " + escaped(there.folder, 100) +
+                       ", which has no info of skeletons");
+    return files;
+  }
+  const auto info = std::make_shared<const SkeletonInfo>(SkeletonInfo::parse(*text, path));
+  const auto properties = readProperties(*source, *info);
   std::set<std::string> shards;  // that may hold the wanted objects
   if (info->sharding && options.ids)
     for (const std::uint64_t id : *options.ids) shards.insert(info->sharding->fileNameOf(info->sharding->shardOf(id)));
@@ -132,6 +144,18 @@ std::vector<ListedFile> listSkeletons(const std::string& folder, const ListingOp
       file.format = GraphFormat::kNeuroglancerSkeleton;
       file.skeleton = info;
       files.push_back(std::move(file));
+    }
+  }
+  for (ListedFile& file : files) file.properties = properties;
+  if (options.ids && !files.empty()) {
+    std::set<std::string, std::less<>> found;
+    for (const ListedFile& file : files) found.emplace(withoutGz(file.shown));
+    for (const std::uint64_t id : *options.ids) {
+      const std::string name =
+          info->sharding ? info->sharding->fileNameOf(info->sharding->shardOf(id)) : std::to_string(id);
+      if (!found.contains(name))
+        files.push_back(missingObject(
+            *source, id, info->sharding ? "its shard " + name + " is not in this folder" : "is not in this folder"));
     }
   }
   if (files.empty())
@@ -149,6 +173,20 @@ ListedFile fileArgument(const std::string& path, const std::string& shown) {
   file.packed = endsWithNoCase(path, ".gz");
   file.format = graphFormatOf(withoutGz(path));
   return file;
+}
+
+ListedFile missingObject(const SkeletonFiles& files, std::uint64_t id, const std::string& reason) {
+  const std::string name = std::to_string(id);
+  ListedFile file{files.pathOf(name), name};
+  file.unreadable = reason;
+  return file;
+}
+
+std::shared_ptr<const SegmentProperties> readProperties(const SkeletonFiles& files, const SkeletonInfo& info) {
+  if (info.segment_properties.empty()) return nullptr;
+  const std::string file = info.segment_properties + "/info";
+  const auto text = files.findText(file, SegmentProperties::kMaxBytes);
+  return text ? std::make_shared<const SegmentProperties>(*text, files.pathOf(file)) : nullptr;
 }
 
 std::vector<ListedFile> listFiles(const std::string& folder, const ListingOptions& options) {

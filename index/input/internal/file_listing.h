@@ -5,6 +5,7 @@
 #include "index/containers/internal/skeleton_source.h"
 #include "index/containers/versions.h"
 #include "index/formats/internal/graph_file.h"
+#include "index/formats/internal/segment_properties.h"
 #include "index/hdf5/internal/hdf5_process.h"
 #include "index/remote/remote_options.h"
 
@@ -39,6 +40,7 @@ struct ListedFile {
   // For a graph:
   std::optional<GraphFormat> format = {};
   std::shared_ptr<const SkeletonInfo> skeleton = {};
+  std::shared_ptr<const SegmentProperties> properties = {};  // of skeletons; null: none
   std::optional<std::vector<std::string>> only = {};  // morphologies of an H5 file, ascending; others are left out
   // For shards and objects:
   std::shared_ptr<const SkeletonFiles> skeleton_files = {};
@@ -54,14 +56,25 @@ struct ListingOptions {
 // The file by its name, as a file argument: any ending that is not known is SWC.
 ListedFile fileArgument(const std::string& path, const std::string& shown);
 
+// The segment properties that an info of skeletons names; null if it names none, or if they are not there. Throws
+// InputError and IoError.
+std::shared_ptr<const SegmentProperties> readProperties(const SkeletonFiles& files, const SkeletonInfo& info);
+
+// The row of an object that is not there, refused for this reason.
+ListedFile missingObject(const SkeletonFiles& files, std::uint64_t id, const std::string& reason);
+
 // The files of a folder of precomputed skeletons by id as text, or its shards; of another folder, all files that hold
 // cells by path (index/input/input.h). Throws InputError for a folder of skeletons without any, or with an `info` that
 // cannot be used; IoError if the process has no file descriptor or memory left.
 std::vector<ListedFile> listFiles(const std::string& folder, const ListingOptions& options);
 
-// The address of skeletons: http or https, `precomputed://` before it or not. Empty for other text.
+// The address of skeletons: http, https, or s3 for an argument that begins so, or with gs://. `precomputed://` may
+// stand before it and `|neuroglancer-precomputed:` behind it, as Neuroglancer writes them, and `middleauth+` before
+// http, as CAVE does. gs:// is at the address in the variable STORAGE_EMULATOR_HOST, else at that of Google. Empty for
+// other text. Throws UsageError for a malformed address, InputError for another format behind `|`.
 std::string skeletonAddress(const std::string& argument);
-// The shards, or all objects as one file, of the skeletons at an address. Ids are those of the options, else those of
+// The shards, or all objects as one file, of the skeletons at an address, or of those that the info of a volume there
+// names. Ids are those of the options, else those of
 // the segment properties; without both, all shards are asked for, and an unsharded source is refused. Throws InputError
 // and IoError.
 std::vector<ListedFile> listAddress(const std::string& address, const ListingOptions& options);

@@ -2,16 +2,26 @@
 
 #include "index/containers/internal/gunzip.h"
 #include "index/errors.h"
+#include "index/file/internal/file_parts.h"
 #include "index/formats/internal/h5_morphology.h"
 #include "index/text.h"
 
 #include <algorithm>
+#include <array>
 
 namespace filiform::internal {
 namespace {
 
 constexpr std::uint64_t kBytesOfSectionPoint = 320;  // of a section, while it is read and handed on
 constexpr std::uint64_t kBytesOfGraphByte = 8;       // nodes and links, while the graph is read and handed on
+
+// As programs that copy from an object store leave it: gzip data without the ending.
+bool isGzipSkeleton(const InputItem& item) {
+  std::array<char, 8> head{};
+  if (item.bytes < head.size()) return false;
+  FileParts(*item.path, item.bytes).read(0, head);
+  return item.skeleton->isGzip({head.data(), head.size()}, item.bytes);
+}
 
 }  // namespace
 
@@ -93,18 +103,20 @@ InputReport ItemReader::readEntry(const InputItem& item, Cell& cell,
           progress(0);
         });
       });
-  for (const InputCode code : entry.remarks) {
-    report.codes.add(code);
-    report.records.addFirst({0, code, Effect::kRemark, {}});
-    if (report.severity == Severity::kAccept) report.severity = Severity::kWarn;
-  }
-  if (options_.strict && !entry.remarks.empty()) {
-    cell.clearSamples();
-    report.severity = Severity::kRefuse;
-    report.samples = report.segments = report.isolated = report.roots = 0;
-  }
+  for (const InputCode code : entry.remarks) remark(code, {}, report, cell);
   progress(entry.packed_bytes);
   return report;
+}
+
+// Adds a remark on a whole input, which refuses it if reading is strict.
+void ItemReader::remark(InputCode code, std::string_view token, InputReport& report, Cell& cell) const {
+  report.codes.add(code);
+  report.records.addFirst({0, code, Effect::kRemark, escaped(token, 100)});
+  if (report.severity == Severity::kAccept) report.severity = Severity::kWarn;
+  if (!options_.strict) return;
+  cell.clearSamples();
+  report.severity = Severity::kRefuse;
+  report.samples = report.segments = report.isolated = report.roots = 0;
 }
 
 InputReport ItemReader::readH5(const InputItem& item, Cell& cell,
@@ -122,7 +134,21 @@ InputReport ItemReader::read(const InputItem& item, Cell& cell,
                              const std::function<void(std::uint64_t bytes)>& progress, bool ahead) {
   cell.attributes.clear();
   ahead_ = ahead;
+  InputReport report = readShape(item, cell, progress);
+  if (item.properties == nullptr || report.severity == Severity::kRefuse) return report;
+  item.properties->apply(item.object, cell);
+  for (const std::string& property : item.properties->leftOut()) remark(InputCode::W_ATTRIBUTE, property, report, cell);
+  return report;
+}
+
+InputReport ItemReader::readShape(const InputItem& item, Cell& cell,
+                                  const std::function<void(std::uint64_t bytes)>& progress) {
   if (item.packed) return readPacked(item, cell, progress);
+  if (item.skeleton != nullptr && item.format && item.entry == nullptr && isGzipSkeleton(item)) {
+    InputItem packed = item;
+    packed.estimated = true;
+    return readPacked(packed, cell, progress);
+  }
   if (item.morphology != nullptr) return readH5(item, cell, progress);
   if (item.entry != nullptr) return readEntry(item, cell, progress);
   if (item.format) {

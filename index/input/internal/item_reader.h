@@ -5,6 +5,7 @@
 #include "index/cell/cell.h"
 #include "index/containers/internal/container.h"
 #include "index/formats/internal/graph_file.h"
+#include "index/formats/internal/segment_properties.h"
 #include "index/formats/swc.h"
 #include "index/hdf5/internal/hdf5_process.h"
 
@@ -20,14 +21,16 @@ namespace filiform::internal {
 
 // One input.
 struct InputItem {
-  const std::string* source = nullptr;      // named in messages
-  const std::string* path = nullptr;        // of the file, if it is no archive
-  std::uint64_t bytes = 0;                  // of its content, as listed
-  bool estimated = false;                   // `bytes` is a guess
-  bool packed = false;                      // a file in gzip
-  std::optional<GraphFormat> format;        // of a graph file
-  const SkeletonInfo* skeleton = nullptr;   // of a skeleton
-  const std::string* morphology = nullptr;  // of an H5 file; an empty name: its only morphology
+  const std::string* source = nullptr;            // named in messages
+  const std::string* path = nullptr;              // of the file, if it is no archive
+  std::uint64_t bytes = 0;                        // of its content, as listed
+  bool estimated = false;                         // `bytes` is a guess
+  bool packed = false;                            // a file in gzip
+  std::optional<GraphFormat> format;              // of a graph file
+  const SkeletonInfo* skeleton = nullptr;         // of a skeleton
+  const SegmentProperties* properties = nullptr;  // of skeletons; null: none
+  std::uint64_t object = 0;                       // id of the skeleton
+  const std::string* morphology = nullptr;        // of an H5 file; an empty name: its only morphology
   const Container* container = nullptr;
   const ArchiveEntry* entry = nullptr;
 };
@@ -59,6 +62,8 @@ class ItemReader {
   }
 
  private:
+  InputReport readShape(const InputItem& item, Cell& cell, const std::function<void(std::uint64_t bytes)>& progress);
+  void remark(InputCode code, std::string_view token, InputReport& report, Cell& cell) const;
   Container::Reader& readerOf(const Container& container);
   InputReport readH5(const InputItem& item, Cell& cell, const std::function<void(std::uint64_t bytes)>& progress);
   InputReport readEntry(const InputItem& item, Cell& cell, const std::function<void(std::uint64_t bytes)>& progress);

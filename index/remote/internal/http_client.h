@@ -1,5 +1,7 @@
 // HttpClient: reads files and parts of files over HTTP, and sends files to an object store. One thread of its own runs
 // all requests (libcurl's multi interface) and keeps connections open.
+// A coding of the transport (Content-Encoding: gzip, and what else libcurl knows) is undone, though none is asked for;
+// a part of a file in a coding is an error. Limits of size hold for the plain bytes.
 //
 // Ranges of one file that wait at the same time and lie close together become one request. A request that fails for a
 // passing reason (no connection, a stall, a cut answer, 429, 5xx) is tried again, with growing waits, until the

@@ -63,7 +63,7 @@ void HttpFlight::prepare(std::vector<HttpJob*> jobs, const std::string& url, con
   jobs_ = std::move(jobs);
   account_ = options.account;
   has_token_ = account_ == nullptr && !options.token.empty();
-  for (std::string* const text : {&error_body_, &date_, &region_, &tag_, &digest_}) text->clear();
+  for (std::string* const text : {&error_body_, &date_, &region_, &tag_, &digest_, &coding_}) text->clear();
   status_ = 0;
   at_ = received_ = range_first_ = range_of_ = 0;
   begun_ = stopped_ = too_long_ = has_range_ = false;
@@ -82,6 +82,9 @@ void HttpFlight::prepare(std::vector<HttpJob*> jobs, const std::string& url, con
   setOption(easy, CURLOPT_TCP_KEEPALIVE, 1L);
   setOption(easy, CURLOPT_HTTP_VERSION, static_cast<long>(CURL_HTTP_VERSION_2TLS));
   setOption(easy, CURLOPT_USERAGENT, "filiform");
+  // Parts of a file are parts of its plain bytes. With this option libcurl undoes a coding that the server uses all the
+  // same, as object stores do with what was stored packed.
+  setOption(easy, CURLOPT_ACCEPT_ENCODING, "identity");
   // As OpenSSL's own programs: the certificates of a lab's own authority.
   if (const char* const authorities = std::getenv("SSL_CERT_FILE"); authorities != nullptr && *authorities != '\0')
     setOption(easy, CURLOPT_CAINFO, authorities);
@@ -144,6 +147,11 @@ std::size_t HttpFlight::takeHeader(std::string_view line) {
   if (line.starts_with("HTTP/")) {  // another answer, after an interim one
     has_range_ = false;
     range_first_ = range_of_ = 0;
+    coding_.clear();
+  }
+  if (takeName(line, "content-encoding:")) {
+    coding_ = lowerCase(line.substr(0, line.find_last_not_of(" \t\r\n") + 1));
+    return taken;
   }
   if (account_ != nullptr && takeName(line, "date:")) {
     date_ = line;
@@ -212,6 +220,12 @@ bool HttpFlight::keep(std::span<const std::uint8_t> data) {
 HttpLanding HttpFlight::land(CURLcode code) {
   curl_easy_getinfo(easy_.get(), CURLINFO_RESPONSE_CODE, &status_);
   if (code == CURLE_OUT_OF_MEMORY) throw std::bad_alloc();
+  const bool only_size = jobs_.front()->kind == HttpJob::Kind::size;
+  if (isCoded() && (status_ == 206 || (only_size && status_ == 200)))
+    return {.kind = HttpLanding::Kind::refused,
+            .what = "the server sends it packed (Content-Encoding: " + escaped(coding_, 20) +
+                    "), so that parts of it cannot be read",
+            .remedy = "store it without Content-Encoding, or serve it unpacked"};
   const bool answered = status_ != 0 && (code == CURLE_OK || stopped_);
   if (!answered) return judgeFailure(code);
   const HttpJob::Kind kind = jobs_.front()->kind;
@@ -303,6 +317,10 @@ HttpLanding HttpFlight::judgeFailure(CURLcode code) const {
     case CURLE_UNSUPPORTED_PROTOCOL:
       landing.kind = HttpLanding::Kind::refused;
       landing.remedy = "check the address and the server's certificate";
+      break;
+    case CURLE_BAD_CONTENT_ENCODING:
+      landing.kind = HttpLanding::Kind::refused;
+      landing.remedy = "its Content-Encoding (" + escaped(coding_, 20) + ") is damaged or not known; store it again";
       break;
     default:
       landing.kind = HttpLanding::Kind::retry;

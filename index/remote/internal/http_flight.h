@@ -45,6 +45,7 @@ class HttpFlight {
   std::size_t takeBody(std::span<const std::uint8_t> data);
   bool keep(std::span<const std::uint8_t> data);
   bool succeeded() const;
+  bool isCoded() const { return !coding_.empty() && coding_ != "identity"; }
   HttpLanding judgeStatus() const;
   HttpLanding judgeStore(HttpLanding otherwise) const;
   HttpLanding judgeRange() const;
@@ -64,6 +65,7 @@ class HttpFlight {
   const S3Account* account_ = nullptr;
   std::string error_body_, date_, region_;  // of an answer with an error, from an object store
   std::string tag_, digest_;
+  std::string coding_;                 // Content-Encoding of the answer, which libcurl undoes
   std::uint64_t first_ = 0, end_ = 0;  // of the range that is asked for
   long status_ = 0;
   bool has_range_ = false;                        // the answer has a valid Content-Range

@@ -266,6 +266,24 @@ TEST(SkeletonsAtAnAddress, ShardsAreFoundByTheirNumbers) {
   InputOptions options;
   options.ids = std::make_shared<const std::vector<std::uint64_t>>(std::vector<std::uint64_t>{17});
   EXPECT_EQ(namesIn(server / "s", options), (std::vector<std::string>{"17"}));
+  std::vector<SourceReport> rows;  // some belong to its shard, some to shards that are not there
+  options.ids = std::make_shared<const std::vector<std::uint64_t>>(std::vector<std::uint64_t>{17, 18, 19, 20, 21, 22});
+  EXPECT_EQ(namesIn(server / "s", options, &rows), (std::vector<std::string>{"17"}));
+  std::uint64_t missing = 0;
+  for (const SourceReport& row : rows) missing += row.report.codes[InputCode::E_UNREADABLE];
+  EXPECT_EQ(missing, 5u);
+}
+
+TEST(SkeletonsAtAnAddress, TheIndexesOfAShardComeTogether) {
+  const test::TempFolder folder;
+  writeShards(folder.file("s"), shardingWith(0, 6, 0, true, true), kObjects);
+  test::HttpServer server(folder.path());
+  InputOptions options;
+  options.ids = std::make_shared<const std::vector<std::uint64_t>>(std::vector<std::uint64_t>{17});
+  EXPECT_EQ(namesIn(server / "s", options), (std::vector<std::string>{"17"}));
+  std::size_t ranges = 0;
+  for (const auto& request : server.log()) ranges += !request["range"].is_null();
+  EXPECT_LE(ranges, 3u) << "indexes in two, then the object";
 }
 
 TEST(SkeletonsAtAnAddress, UnshardedOnesNeedIds) {

@@ -249,7 +249,7 @@ std::string skeleton(const std::vector<std::array<float, 3>>& nodes, const Links
 }
 
 const char* const kInfo =
-    R"({"@type": "neuroglancer_skeletons", "transform": [4,0,0,100, 0,4,0,0, 0,0,40,0],
+    R"({"@type": "neuroglancer_skeletons", "transform": [4,0,0,100, 0,4,0,0, 0,0,32,0],
         "vertex_attributes": [{"id": "labels", "data_type": "int16", "num_components": 2},
                               {"id": "radius", "data_type": "float32", "num_components": 1},
                               {"id": "vertex_types", "data_type": "uint8", "num_components": 1}]})";
@@ -257,19 +257,65 @@ const char* const kInfo =
 TEST(NeuroglancerSkeleton, AppliesTheTransformAndReadsAttributes) {
   const GraphOptions options{{.unit_um = 1000}, SkeletonInfo::parse(kInfo, "info")};
   const std::string bytes = skeleton({{0, 0, 0}, {1000, 0, 0}, {0, 0, 100}}, {{0, 1}, {1, 2}, {2, 0}}) +
-                            std::string(12, 'x') + littleEndian(bitsOf(250), 4) + littleEndian(bitsOf(0), 4) +
+                            std::string(12, 'x') + littleEndian(bitsOf(31.25), 4) + littleEndian(bitsOf(0), 4) +
                             littleEndian(bitsOf(-5), 4) + "\x01\x03\x02";
   const GraphReading reading = readAs(GraphFormat::kNeuroglancerSkeleton, bytes, options);
-  EXPECT_EQ(readingRow(reading), "warn 3 3 0 0 W_BAD_RADIUS:1 W_ZERO_RADIUS:1");
+  EXPECT_EQ(readingRow(reading), "warn 3 3 0 0 W_ATTRIBUTE:1 W_BAD_RADIUS:1 W_ZERO_RADIUS:1");
+  EXPECT_EQ(reading.report.records.front().token, "labels");
   EXPECT_TRUE(reading.cell.positions_um[1].isApprox(Vector3d(4.1, 0, 0)));
-  EXPECT_TRUE(reading.cell.positions_um[2].isApprox(Vector3d(0.1, 0, 4)));
-  EXPECT_EQ(reading.cell.radii_um[0], 0.25f);
+  EXPECT_TRUE(reading.cell.positions_um[2].isApprox(Vector3d(0.1, 0, 3.2)));
+  EXPECT_EQ(reading.cell.radii_um[0], 0.25f) << "the volume of a unit cube is 8 nm cubed";
   EXPECT_EQ(reading.cell.types, (std::vector<std::uint16_t>{1, 3, 2}));
   for (std::size_t n = 0; n < bytes.size(); ++n)
     EXPECT_EQ(readingRow(readAs(GraphFormat::kNeuroglancerSkeleton, bytes.substr(0, n), options)),
               "refuse 0 0 0 0 E_FORMAT:1")
         << n;
   EXPECT_EQ(readingRow(readAs(GraphFormat::kNeuroglancerSkeleton, bytes + "x", options)), "refuse 0 0 0 0 E_FORMAT:1");
+}
+
+TEST(NeuroglancerSkeleton, RadiusHasTheUnitOfTheStoredPositions) {
+  const auto radius = [](const std::string& transform) {
+    const GraphOptions options{{},
+                               SkeletonInfo::parse(R"({"@type": "neuroglancer_skeletons", "transform": )" + transform +
+                                                       R"(, "vertex_attributes":
+      [{"id": "radius", "data_type": "float32", "num_components": 1}]})",
+                                                   "info")};
+    const std::string bytes =
+        skeleton({{0, 0, 0}, {1, 1, 1}}, {{0, 1}}) + littleEndian(bitsOf(10), 4) + littleEndian(bitsOf(10), 4);
+    return readAs(GraphFormat::kNeuroglancerSkeleton, bytes, options).cell.radii_um.at(1);
+  };
+  EXPECT_EQ(radius("[8,0,0,0, 0,8,0,0, 0,0,8,0]"), 0.08f);
+  EXPECT_EQ(radius("[0,8,0,1, -8,0,0,2, 0,0,8,3]"), 0.08f) << "turned";
+  EXPECT_EQ(radius("[1,0,0,0, 0,1,0,0, 0,0,1,0]"), 0.01f);
+  EXPECT_NEAR(radius("[4,0,0,0, 0,4,0,0, 0,0,40,0]"), 0.01 * std::cbrt(640), 1e-7) << "scales that differ";
+  EXPECT_TRUE(std::isnan(radius("[8,0,0,0, 0,8,0,0, 0,0,0,0]"))) << "flat";
+  EXPECT_TRUE(std::isnan(radius("[1e200,0,0,0, 0,1e200,0,0, 0,0,1e200,0]")));
+}
+
+// As the skeletons of CAVE have them.
+TEST(NeuroglancerSkeleton, CompartmentsAreTypes) {
+  const auto read = [](const std::string& attributes, const std::string& bytes) {
+    return readAs(GraphFormat::kNeuroglancerSkeleton,
+                  skeleton({{0, 0, 0}, {1000, 0, 0}, {0, 0, 100}}, {{0, 1}, {1, 2}}) + bytes,
+                  {{},
+                   SkeletonInfo::parse(
+                       R"({"@type": "neuroglancer_skeletons", "vertex_attributes": [)" + attributes + "]}", "info")});
+  };
+  for (const auto& [type, size] : std::vector<std::pair<std::string, std::size_t>>{
+           {"uint8", 1}, {"int8", 1}, {"uint16", 2}, {"int16", 2}, {"uint32", 4}, {"int32", 4}}) {
+    std::string bytes;
+    for (const std::uint64_t value : {1u, 2u, 3u}) bytes += littleEndian(value, size);
+    const GraphReading reading =
+        read(R"({"id": "compartment", "data_type": ")" + type + R"(", "num_components": 1})", bytes);
+    EXPECT_EQ(readingRow(reading), "accept 3 2 0 0") << type;
+    EXPECT_EQ(reading.cell.types, (std::vector<std::uint16_t>{1, 2, 3})) << type;
+  }
+  const GraphReading both = read(R"({"id": "compartment", "data_type": "uint8", "num_components": 1},
+                                    {"id": "vertex_types", "data_type": "uint8", "num_components": 1},
+                                    {"id": "area", "data_type": "float32", "num_components": 1})",
+                                 "\x09\x09\x09\x01\x02\x04" + std::string(12, '\0'));
+  EXPECT_EQ(readingRow(both), "warn 3 2 0 0 W_ATTRIBUTE:2") << "vertex_types are the types";
+  EXPECT_EQ(both.cell.types, (std::vector<std::uint16_t>{1, 2, 4}));
 }
 
 TEST(NeuroglancerSkeleton, TypesMayBeFloats) {

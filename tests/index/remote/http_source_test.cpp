@@ -296,6 +296,23 @@ TEST_F(HttpSourceTest, AServerWithoutRangesIsCutOrRefused) {
   EXPECT_LT(source.counters().bytes, 17u << 20) << "not the whole file, twice";
 }
 
+TEST_F(HttpSourceTest, APartInACodingIsRefused) {
+  const HttpSource source(server_ / "a.fil", quick());
+  const std::string name = local_->revision() + "/directory.bin";
+  server_.fault("coded", "directory.bin", 2, {{"coding", "gzip"}});
+  std::vector<std::uint8_t> bytes(10);
+  for (const bool size : {false, true}) {
+    try {
+      size ? void(source.size(name)) : source.read(name, 0, bytes);
+      ADD_FAILURE();
+    } catch (const IoError& error) {
+      EXPECT_NE(std::string(error.what()).find("packed (Content-Encoding: gzip), so that parts of it cannot be read"),
+                std::string::npos)
+          << error.what();
+    }
+  }
+}
+
 TEST_F(HttpSourceTest, RedirectsAreFollowedWithoutTheTokenToOthers) {
   HttpServer other(folder_->path());
   HttpServer asks(folder_->path(), {"--token", "secret-word"});

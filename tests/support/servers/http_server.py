@@ -20,6 +20,7 @@ It ends at the end of standard input. Kinds of faults:
   reset      resets the connection at once
   flip       inverts one bit of the body
   large      answers 200 with `bytes` zero bytes
+  coded      says that the bytes of the file have the Content-Encoding `coding`
 """
 import argparse
 import json
@@ -131,6 +132,8 @@ class Handler(BaseHTTPRequestHandler):
             body[len(body) // 2] ^= 1
         self.send_response(status)
         self.send_header("Content-Length", str(len(body)))
+        if kind == "coded":
+            self.send_header("Content-Encoding", fault["coding"])
         if status == 206 and kind != "bare":
             self.send_header("Content-Range", "bytes %d-%d/%d" % (first, last, size))
         self.end_headers()

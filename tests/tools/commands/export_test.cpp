@@ -1,4 +1,5 @@
 // `export` as a process: ingest of every format gives the same cell again.
+#include "index/attributes/cell_attributes.h"
 #include "index/export/skeleton_shards.h"
 #include "index/input/input.h"
 #include "index/query/cell_graph.h"
@@ -337,6 +338,48 @@ TEST_F(Export, ShardsComeBackThroughIngest) {
   EXPECT_NE(outside.err.find("0.shard: minishard 0: its index lies outside the file"), std::string::npos)
       << outside.err;
   EXPECT_FALSE(fs::exists(path("outside.fil")));
+}
+
+TEST_F(Export, SkeletonsComeBackWithNamesAndAttributes) {
+  fs::create_directories(path("in"));
+  writeBytes(path("in/basket.swc"), "1 1 0.123456 -1 3.9 5.1 -1\n2 3 -0.002 3 3 0.1 1\n3 3 1.0009765625 2 3 NaN 2\n");
+  writeBytes(path("in/pyramid.swc"), "1 1 0 0 0 2.5 -1\n2 3 1 0 0 0.3 1\n3 4 1 1 1 0.1 2\n");
+  writeBytes(path("in/17.swc"), "1 1 5 0 0 1 -1\n2 2 1.5 7 0 nan 1\n");
+  writeBytes(path("t.csv"),
+             "name,species,layer,depth,root,some\nbasket,house mouse,4,0.1,864691135122603047,5\n"
+             "pyramid,rat,5,-1e-3,864691135122603048,\n17,rat,6,7.25,3,1.5\n");
+  ASSERT_EQ(runFiliform({"ingest", path("in"), "-o", path("a.fil"), "--attributes", path("t.csv"), "--key", "name"})
+                .exit_code,
+            0);
+  const auto set = TileSet::open(path("a.fil"));
+  const CellAttributes attributes(*set);
+  ASSERT_EQ(attributes.columns().size(), 5u);
+  std::string from = path("a.fil");
+  for (const char* const way : {"one.precomputed", "two/", "three.precomputed"}) {
+    SCOPED_TRACE(way);
+    std::vector<std::string> words{"export", from, "--all", "-o", path(way)};
+    if (path(way).ends_with('/')) words.insert(words.end(), {"--format", "precomputed"});
+    const Outcome out = runFiliform(words);
+    ASSERT_EQ(out.exit_code, 0) << out.err;
+    ingest(path(way), path("back.fil"));
+    const auto back = TileSet::open(path("back.fil"));
+    const CellAttributes there(*back);
+    ASSERT_EQ(back->cell_count(), 3u);
+    for (std::uint32_t id = 0; id < 3; ++id) {
+      std::uint32_t other = 0;
+      while (other < 2 && back->cell(other).name != set->cell(id).name) ++other;
+      ASSERT_EQ(back->cell(other).name, set->cell(id).name);
+      expectSame(cellOf(*set, id), cellOf(*back, other), kTypes | kNearRadii);
+      for (std::uint32_t column = 0; column < 5; ++column) {
+        const auto found = there.find(attributes.columns()[column].name);
+        ASSERT_TRUE(found) << attributes.columns()[column].name;
+        EXPECT_EQ(there.value(*found, other), attributes.value(column, id)) << attributes.columns()[column].name;
+      }
+      EXPECT_EQ(there.value(there.find("source").value(), other), AttributeValue(set->cell(id).source));
+    }
+    from = path(std::string(1, *way) + ".fil");  // the next way exports what came back
+    ingest(path(way), from);
+  }
 }
 
 TEST(SkeletonShards, SpreadManyCellsOverFiles) {

@@ -87,10 +87,10 @@ TEST(ReadersCommand, MistakesAreToldInOneLine) {
   refused("renamed.swc", packed,
           "packed or binary data, not text; give it its own ending (.gz, .tar, .tar.gz, .zip), or "
           "unpack it (E_NOT_TEXT)");
-  const auto hinted = [&](const std::string& made, const std::string& hint) {
+  const auto hinted = [&](const std::string& made, const std::string& hint, const std::string& content = "{}") {
     const std::string inside = folder / "hint";
     std::filesystem::create_directories((inside + made).substr(0, (inside + made).rfind('/')));
-    test::writeBytes(inside + made, "{}");
+    test::writeBytes(inside + made, content);
     const Outcome outcome = runFiliform({"check", inside});
     EXPECT_EQ(outcome.exit_code, 1) << made;
     EXPECT_TRUE(outcome.oneLineOnStderr()) << outcome.err;
@@ -99,7 +99,13 @@ TEST(ReadersCommand, MistakesAreToldInOneLine) {
   };
   hinted("/circuit_config.json", "for the circuit, name circuit_config.json");
   hinted("/cell.h5", "name H5 files of morphologies themselves, such as cell.h5");
-  hinted("/skeletons/info", "for skeletons, name their folder, such as skeletons");
+  hinted("/skeletons/info", "for skeletons, name their folder, such as skeletons",
+         R"({"@type": "neuroglancer_skeletons"})");
+  hinted("/info", "its info is that of an image volume, which has no skeletons; give a folder of skeletons",
+         R"({"type": "image", "scales": []})");
+  hinted("/info", "its info is that of a volume with meshes, but without skeletons; give a folder of skeletons",
+         R"({"@type": "neuroglancer_multiscale_volume", "type": "segmentation", "mesh": "mesh", "scales": []})");
+  hinted("/info", "its info is that of meshes; give a folder of skeletons", R"({"@type": "neuroglancer_legacy_mesh"})");
   std::filesystem::create_directory(folder.file("shards"));
   test::writeBytes(folder.file("shards/0.shard"), "x");
   const Outcome shards = runFiliform({"check", folder.file("shards")});

@@ -32,6 +32,7 @@ TEST(PrecomputedAnswer, SkeletonsAreTheCells) {
   EXPECT_EQ(info.at("@type"), "neuroglancer_skeletons");
   EXPECT_FALSE(info.contains("sharding"));
   const auto& transform = info.at("transform");
+  const double quantum_um = served->set().grid().quantum_um();
   for (std::uint32_t cell = 0; cell < served->set().cell_count(); ++cell) {
     const CellGraph graph = readCell(served->set(), cell, true);
     const Answer answer = sets.get("/precomputed/column/" + std::to_string(cell + 1));
@@ -47,11 +48,11 @@ TEST(PrecomputedAnswer, SkeletonsAreTheCells) {
         const double nm = stored * transform[axis * 5].get<double>() + transform[axis * 4 + 3].get<double>();
         ASSERT_EQ(nm, graph.position_W(i)[static_cast<Eigen::Index>(axis)] * 1e3);
       }
-      const auto radius_nm = valueAt<float>(bytes, 8 + vertices * 12u + edges * 8u + i * 4u);
+      const auto radius = valueAt<float>(bytes, 8 + vertices * 12u + edges * 8u + i * 4u);
       if (std::isnan(graph.radii_um[i])) {
-        ASSERT_TRUE(std::isnan(radius_nm)) << radius_nm << ", of an unknown radius";
+        ASSERT_TRUE(std::isnan(radius)) << radius << ", of an unknown radius";
       } else {
-        ASSERT_NEAR(radius_nm, graph.radii_um[i] * 1e3F, 1e-3F);
+        ASSERT_NEAR(radius * quantum_um, graph.radii_um[i], 1e-6) << "the unit of the vertices";
       }
       ASSERT_EQ(valueAt<float>(bytes, 8 + vertices * 16u + edges * 8u + i * 4u), graph.types[i]);
     }
