@@ -143,13 +143,15 @@ std::string skeletonProperties(const TileStore& store, const std::vector<Skeleto
   std::array<PropertyJson, kNumbers.size()> numbers{PropertyJson::array(), PropertyJson::array(),
                                                     PropertyJson::array()};
   // The source of skeletons that were exported before.
-  const auto given_source = attributes != nullptr ? attributes->find("source") : std::nullopt;
+  constexpr std::uint32_t kNone = UINT32_MAX;
+  std::uint32_t given_source = kNone;
+  if (attributes != nullptr) given_source = attributes->find("source").value_or(kNone);
   const auto isGiven = [&](const char* id) { return attributes != nullptr && attributes->find(id); };
   for (const SkeletonCell& cell : cells) {
     const CellRecord& record = store.cell(cell.cell);
     ids.push_back(std::to_string(cell.number));
     names.push_back(record.name);
-    const AttributeValue source = given_source ? attributes->value(*given_source, cell.cell) : AttributeValue();
+    const AttributeValue source = given_source != kNone ? attributes->value(given_source, cell.cell) : AttributeValue();
     sources.push_back(isMissing(source) ? record.source : textOf(source));
     // A number has 32 bits. A cell with more samples does not fit a skeleton either.
     for (std::size_t i = 0; i < kNumbers.size(); ++i)
