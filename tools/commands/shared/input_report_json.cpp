@@ -16,7 +16,7 @@ Json figures(const char* title, const std::string& input, std::uint64_t bytes, c
              const InputOutcome* outcome) {
   Json members = {{title, input}, {"bytes", bytes}, {"severity", std::string(name(report.severity))}};
   if (outcome != nullptr) members["fate"] = std::string(name(outcome->fate));
-  if (outcome != nullptr && outcome->isLost()) members["reason"] = outcome->reason;
+  if (outcome != nullptr && !outcome->reason.empty()) members["reason"] = outcome->reason;
   members["samples"] = report.samples;
   members["segments"] = report.segments;
   members["dropped_lines"] = report.dropped_lines;

@@ -14,7 +14,8 @@ class App;
 namespace filiform::tools {
 
 inline constexpr const char* kInputHelp =
-    "SWC, ASC, H5, MouseLight JSON; folders; archives (zip, tar, tar.gz); skeletons in a folder or at an address; "
+    "SWC, ASC, H5, NML, CATMAID CSV, MouseLight JSON; folders; archives (zip, tar, tar.gz); skeletons in a folder or "
+    "at an address; "
     "graphs: .edges, .obj, .vtk; or one SONATA circuit_config.json or nodes.h5";
 
 struct ReadingArguments {
