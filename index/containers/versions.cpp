@@ -52,24 +52,38 @@ void leaveOutVersions(const std::vector<std::string_view>& paths, bool keep_cng,
   }
 }
 
-// Path of the SWC file that would hold the same cell as this ASC file.
-std::string twinOf(std::string_view asc_path) {
-  std::string twin = lowerCase(asc_path.substr(0, asc_path.size() - 4)) + ".swc";
+// The path of the file that would hold the same cell in another format: its ending, and its folder if this is named
+// like the format.
+std::string twinOf(std::string_view path, std::string_view ending) {
+  const std::size_t dot = path.rfind('.');
+  std::string twin = lowerCase(path.substr(0, dot));
+  const std::string own = lowerCase(path.substr(dot + 1));
   const std::size_t slash = twin.rfind('/');
-  if (slash == std::string::npos || slash < 3) return twin;
-  const bool folder_asc = twin.compare(slash - 3, 3, "asc") == 0 && (slash == 3 || twin[slash - 4] == '/');
-  if (folder_asc) twin.replace(slash - 3, 3, "swc");
-  return twin;
+  if (slash != std::string::npos) {
+    const std::size_t above = slash == 0 ? std::string::npos : twin.rfind('/', slash - 1);
+    const std::size_t begin = above == std::string::npos ? 0 : above + 1;
+    const std::string folder = twin.substr(begin, slash - begin);
+    if (folder == own || (own == "h5" && folder == "h5v1")) twin.replace(begin, slash - begin, ending);
+  }
+  return twin + "." + std::string(ending);
 }
 
 void leaveOutTwins(const std::vector<std::string_view>& paths, std::vector<bool>& left_out) {
-  const auto is_asc = [](std::string_view path) { return endsWithNoCase(path, ".asc"); };
-  if (std::none_of(paths.begin(), paths.end(), is_asc)) return;
-  std::unordered_set<std::string> kept;
-  for (std::size_t i = 0; i < paths.size(); ++i)
-    if (!left_out[i] && !is_asc(paths[i])) kept.insert(lowerCase(paths[i]));
-  for (std::size_t i = 0; i < paths.size(); ++i)
-    if (!left_out[i] && is_asc(paths[i])) left_out[i] = kept.contains(twinOf(paths[i]));
+  const auto is = [](std::string_view path, std::string_view ending) { return endsWithNoCase(path, ending); };
+  if (std::none_of(paths.begin(), paths.end(),
+                   [&](std::string_view path) { return is(path, ".asc") || is(path, ".h5"); }))
+    return;
+  std::unordered_set<std::string> kept;  // of formats that come first
+  for (const std::string_view ending : {".swc", ".asc", ".h5"}) {
+    for (std::size_t i = 0; i < paths.size(); ++i) {
+      if (left_out[i] || !is(paths[i], ending)) continue;
+      if (ending == ".asc") left_out[i] = kept.contains(twinOf(paths[i], "swc"));
+      if (ending == ".h5")
+        left_out[i] = kept.contains(twinOf(paths[i], "swc")) || kept.contains(twinOf(paths[i], "asc"));
+    }
+    for (std::size_t i = 0; i < paths.size(); ++i)
+      if (!left_out[i] && is(paths[i], ending)) kept.insert(lowerCase(paths[i]));
+  }
 }
 
 }  // namespace

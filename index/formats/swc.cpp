@@ -3,6 +3,7 @@
 #include "index/errors.h"
 #include "index/file/internal/digest.h"
 #include "index/file/internal/file_parts.h"
+#include "index/formats/internal/catmaid_columns.h"
 #include "index/formats/swc/internal/line_splitter.h"
 #include "index/formats/swc/internal/swc_fields.h"
 #include "index/formats/swc/internal/swc_graph.h"
@@ -24,7 +25,7 @@ using internal::IntegerKind;
 using internal::RealKind;
 using internal::SwcSample;
 
-constexpr std::size_t kSniffBytes = 4096;
+constexpr std::size_t kSniffBytes = 4096, kMostSeparatorText = 200;
 constexpr std::string_view kUtf8Mark = "\xEF\xBB\xBF";
 
 void setRadius(SwcSample& sample, double radius_um, bool may_be_odd) {
@@ -70,7 +71,9 @@ struct SwcReader::State {
   std::string head;  // held until it suffices to recognise text
   bool sniffed = false;
   bool refused = false;  // the whole input; all that was read is discarded
-  bool seen_carriage_return = false, seen_separator = false;
+  bool seen_carriage_return = false;
+  std::uint64_t separator_line = 0;  // the first with separators; remarked if any sample is read
+  std::string separator_text;
   std::uint64_t candidates = 0, unreadable_lines = 0;
   SwcHeader header;
   std::string header_text;
@@ -215,6 +218,10 @@ bool SwcReader::State::place(Vector3d& position) const {
 }
 
 void SwcReader::State::anyLine(std::string_view text, std::uint64_t line) {
+  if (candidates == 1 && internal::CatmaidColumns::of(text).isCatmaid()) {
+    refuseWhole(InputCode::E_FORMAT, line, "the columns are those of CATMAID's skeletons; name the file .csv");
+    return;
+  }
   const internal::SwcFields fields = internal::splitFields(text);
   if (fields.decimal_comma) {
     refuseWhole(InputCode::E_DECIMAL_COMMA, line, text);
@@ -224,9 +231,9 @@ void SwcReader::State::anyLine(std::string_view text, std::uint64_t line) {
     drop(InputCode::W_SHORT_LINE, line, text, true);
     return;
   }
-  if (fields.separators && !seen_separator) {
-    seen_separator = true;
-    book.remark(InputCode::W_SEPARATOR, line, text);
+  if (fields.separators && separator_line == 0) {
+    separator_line = line;
+    separator_text = text.substr(0, kMostSeparatorText);
   }
   SwcSample sample;
   const IntegerKind id_kind = internal::readInteger(fields.columns[0], sample.id);
@@ -373,6 +380,8 @@ InputReport SwcReader::State::finish(std::string_view file, Cell& cell) {
 
   InputReport report;
   graph.finish(cell, report);
+  if (!refused && separator_line > 0 && report.samples > 0)
+    book.remark(InputCode::W_SEPARATOR, separator_line, separator_text);
   judge(report);
   report.candidate_lines = candidates;
   report.header = std::move(header);
@@ -409,7 +418,8 @@ void SwcReader::State::reset() {
   graph.clear();
   lines = internal::LineSplitter<State>(*this, kMaxDataLine);
   head.clear();
-  sniffed = refused = seen_carriage_return = seen_separator = false;
+  sniffed = refused = seen_carriage_return = false;
+  separator_line = 0;
   candidates = unreadable_lines = header_lines_left_out = 0;
   header = {};
   header_text.clear();

@@ -47,6 +47,7 @@ Provenance provenanceOfBoth(const TileSet& base, const TileSet* added) {
     const Provenance more = internal::decodeProvenance(added->readProvenance(), added->manifest());
     all.sources.insert(all.sources.end(), more.sources.begin(), more.sources.end());
     for (const auto& [code, count] : more.codes) all.codes[code] += count;
+    for (const auto& [ending, count] : more.passed_over) all.passed_over[ending] += count;
     std::stable_sort(all.sources.begin(), all.sources.end(), [](const auto& a, const auto& b) {
       return std::tie(a.name, a.digest, a.bytes) < std::tie(b.name, b.digest, b.bytes);
     });

@@ -12,9 +12,11 @@ namespace filiform {
 namespace {
 
 void addSource(const SourceReport& source, Provenance& provenance) {
+  if (source.report.severity == Severity::kPassed) return;  // counted by its ending
   std::uint64_t cells = 0;
   const auto take = [&](const std::string& input, const InputReport& report, const InputOutcome& outcome) {
     if (report.codes[InputCode::OTHER_VERSION] > 0) return;  // counted with the codes
+    if (outcome.fate == InputFate::kPassed) return;
     if (!outcome.isLost())
       ++cells;
     else
@@ -57,8 +59,7 @@ void requireUsable(const std::vector<SourceReport>& reports, const PlacedCells* 
         first = escaped(input) + ": " + outcome.reason;
     });
     if (refuse)
-      throw InputError("strict: " + std::to_string(all.refused) + " of " +
-                       std::to_string(all.accepted + all.warned + all.skipped + all.refused) +
+      throw InputError("strict: " + std::to_string(all.refused) + " of " + std::to_string(all.inputs()) +
                        " inputs refused, nothing written; the first is " + first);
     throw InputError("no usable neuron in the input" + (first.empty() ? "" : " (" + first + ")"));
   }
@@ -75,6 +76,7 @@ Provenance provenanceOf(const std::vector<SourceReport>& reports, const PlacedCe
   Provenance provenance;
   const InputTotals all = totals(reports);
   for (const auto& [code, count] : all.codes.all()) provenance.codes[std::string(name(code))] = count;
+  provenance.passed_over = all.passed_over;
   for (const SourceReport& source : reports) addSource(source, provenance);
   if (placed != nullptr) addPlacements(*placed, provenance);
   // The bytes of a set do not depend on the order of the arguments.

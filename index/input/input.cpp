@@ -1,5 +1,6 @@
 #include "index/input/input.h"
 
+#include "index/containers/internal/archive_files.h"
 #include "index/containers/internal/gunzip.h"
 #include "index/containers/internal/h5_container.h"
 #include "index/count_text.h"
@@ -70,10 +71,8 @@ std::string hintAt(const fs::path& folder) {
   if (fs::is_regular_file(folder / "circuit_config.json", error)) return "; for the circuit, name circuit_config.json";
   const fs::directory_iterator end;
   for (fs::directory_iterator at(folder, error); !error && at != end; at.increment(error)) {
-    const std::string name = at->path().filename().string();
-    if (endsWithNoCase(name, ".h5")) return "; name H5 files of morphologies themselves, such as " + escaped(name, 100);
     if (SkeletonInfo::isSkeletonInfo(infoIn(at->path().native())))
-      return "; for skeletons, name their folder, such as " + escaped(name, 100);
+      return "; for skeletons, name their folder, such as " + escaped(at->path().filename().string(), 100);
   }
   return {};
 }
@@ -95,17 +94,28 @@ void internal::InputState::list(const std::string& argument) {
   } else if (fs::is_directory(status)) {
     if (fs::is_regular_file(fs::path(argument) / "CURRENT", error))
       throw InputError(inShort(argument) + ": is a tile set already; name the files that it was made from");
-    const std::vector<ListedFile> found = internal::listFiles(argument, listing);
-    if (found.empty())
+    const std::size_t before = rows.size();
+    for (const ListedFile& file : internal::listFiles(argument, listing)) addFile(file);
+    const auto first = rows.begin() + static_cast<std::ptrdiff_t>(before);
+    if (std::all_of(first, rows.end(),
+                    [](const SourceReport& row) { return row.report.severity == Severity::kPassed; })) {
+      const std::string passed = passedOverText(totals({first, rows.end()}).passed_over);
       throw InputError(inShort(argument) +
-                       ": no .swc or .asc file, MouseLight .json or archive (.zip, .tar, .tar.gz) in this folder" +
-                       hintAt(argument));
-    for (const ListedFile& file : found) addFile(file);
+                       ": no .swc, .asc, .h5 or .nml file, MouseLight .json, CATMAID .csv or archive (.zip, .tar, "
+                       ".tar.gz) in this folder" +
+                       (passed.empty() ? "" : "; passed over: " + passed) + hintAt(argument));
+    }
   } else if (fs::is_regular_file(status)) {
     addFile(internal::fileArgument(argument, name));
   } else {
     throw IoError(inShort(argument), "neither a file nor a folder");
   }
+}
+
+// Adds a row for a file that is no input.
+void internal::InputState::passOver(const ListedFile& file) {
+  addRow(file, 0).archive = false;
+  rows.back().report.severity = Severity::kPassed;
 }
 
 // Adds a row for an unreadable input. Rethrows the failure if the process is at fault.
@@ -129,14 +139,30 @@ void internal::InputState::addFile(const ListedFile& file) {
   const auto row = static_cast<std::uint32_t>(rows.size());
   try {
     if (!file.unreadable.empty()) throw IoError(inShort(file.path), file.unreadable);
+    if (file.passed) return passOver(file);
     if (file.left_out) return addLeftOut(file);
-    std::unique_ptr<Container> container = internal::openContainer(file, hdf5, [this] { advance(0); });
+    if (!file.not_read.empty()) {
+      InputReport& report = addRow(file, 0).report;
+      report.severity = Severity::kRefuse;
+      report.codes.add(InputCode::E_FORMAT);
+      report.records.add({0, InputCode::E_FORMAT, Effect::kInputRefused, file.not_read});
+      return;
+    }
+    const auto between = [this] { advance(0); };
+    std::unique_ptr<Container> container = internal::openContainer(file, hdf5, between);
     const auto* const h5 = dynamic_cast<const internal::H5Container*>(container.get());
+    if (h5 != nullptr && !h5->holdsAny()) {
+      if (file.found) return passOver(file);
+      throw IoError(inShort(file.path), internal::H5Container::kNoMorphology);
+    }
     if (h5 != nullptr && h5->isSingle()) {
       addRow(file, h5->file_bytes()).archive = false;
       items.push_back({file.shown, row, kNoEntry, std::nullopt, false});
     } else if (container) {
       container->leaveOut(options.versions);
+      if (file.kind == internal::FileKind::zip || file.kind == internal::FileKind::tar ||
+          file.kind == internal::FileKind::tar_gz)
+        container = internal::ArchiveFiles::open(std::move(container), hdf5, between);
       addRow(file, container->file_bytes()).digest = container->digest();
       std::uint32_t number = 0;
       for (const ArchiveEntry& entry : container->entries()) {
@@ -209,13 +235,12 @@ InputItem internal::InputState::inputItem(const Item& item) const {
     input.estimated = true;
     input.bytes = content_bytes[item.row] > 0 ? content_bytes[item.row] : input.bytes * kGuessOfRatio;
   }
-  const bool h5 = file.kind == internal::FileKind::h5;
   if (item.entry == kNoEntry) {
-    if (h5) input.morphology = &kOnlyMorphology;
+    if (file.kind == internal::FileKind::h5) input.morphology = &kOnlyMorphology;
   } else {
     input.container = containers.at(item.row).get();
     input.entry = &input.container->entries()[item.entry];
-    if (h5) input.morphology = &input.entry->name;
+    if (input.entry->kind == internal::FileKind::h5) input.morphology = &input.entry->morphology;
     input.bytes = input.entry->bytes;
     input.estimated = input.bytes == 0 && (input.entry->packed_bytes > 0 || file.skeleton_files);
     if (input.estimated) input.bytes = std::max(input.entry->packed_bytes * kGuessOfRatio, kGuessOfObject);

@@ -24,6 +24,7 @@
 #include <cstdint>
 #include <functional>
 #include <iosfwd>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -40,16 +41,21 @@ struct InputState;
 class Input : public CellStream {
  public:
   // Lists all inputs; reads only what lists the entries of containers. Folders are searched recursively, hidden files
-  // included, except `._*` and `__MACOSX`, for these endings in any letter case: .swc, .asc, .swc.gz, .asc.gz, .zip,
-  // .tar, .tar.gz, .tgz, and .json if the file begins like MouseLight. A folder with an `info` of Neuroglancer
-  // skeletons counts as one input of skeletons. index/containers/versions.h says which files of a folder are left out.
+  // included, for these endings in any letter case: .swc, .eswc, .swc.txt, .asc, the same with .gz, .zip, .tar,
+  // .tar.gz, .tgz; .h5 if it holds morphologies; .json, .csv, .nml and .xml if they begin like MouseLight, CATMAID's
+  // skeletons and NML. All other files, `._*` and what lies below `__MACOSX` are passed over: each has a row of
+  // severity kPassed. A folder with an `info` of Neuroglancer skeletons counts as one input of skeletons.
+  // index/containers/versions.h says which files of a folder are left out. Archives hold the same files, but no packed
+  // ones.
   //
-  // A file argument may have any name: *.zip, *.tar, *.tar.gz and *.tgz are archives; *.json is MouseLight; *.h5 is one
-  // H5 morphology or a container of some, each an entry (read by internal::Hdf5Process, a program of its own); *.edges,
-  // *.obj, *.vtk and *.asc are graphs (index/formats/internal/graph_file.h); all others are SWC; a further .gz means
-  // that the file is packed. Graph files other than .asc inside folders and archives are ignored, since such folders
-  // usually hold meshes. An argument that begins with http://, https://, gs://, s3:// or precomputed:// is
-  // the folder of precomputed skeletons on a server, or of a volume whose info names them.
+  // A file argument may have any name: *.zip, *.tar, *.tar.gz and *.tgz are archives; *.json is MouseLight; *.csv is a
+  // table of CATMAID if its first line names skeleton_id or treenode_id; *.nml and *.xml are NML; *.h5 is one H5
+  // morphology or a container of some, each an entry (read by internal::Hdf5Process, a program of its own); *.edges,
+  // *.obj, *.vtk and *.asc are graphs (index/formats/internal/graph_file.h); endings of unread_formats.h are refused
+  // (E_FORMAT); all others are SWC; a further .gz means that the file is packed. Graph files other than .asc inside
+  // folders and archives are passed over, since such folders usually hold meshes. An argument that begins with http://,
+  // https://, gs://, s3:// or precomputed:// is the folder of precomputed skeletons on a server, or of a volume whose
+  // info names them.
   //
   // Symbolic links to files and folders are followed. Within one folder argument, each real file (device and inode, so
   // hard links too) is read once and each real folder is entered once, under its lowest path in byte order.
@@ -127,9 +133,14 @@ class Input : public CellStream {
 
 struct InputTotals {
   std::uint64_t accepted = 0, warned = 0, skipped = 0, refused = 0;  // inputs, by InputFate
+  std::map<std::string, std::uint64_t> passed_over;                  // files that are no inputs, by countedEnding()
   std::uint64_t bytes = 0, samples = 0, segments = 0, isolated = 0, roots = 0;
   CodeCounts codes;
+
+  std::uint64_t inputs() const { return accepted + warned + skipped + refused; }
 };
+// "12 .txt, 3 .hoc (NEURON)": the most frequent endings first, at most 20 of them.
+std::string passedOverText(const std::map<std::string, std::uint64_t>& passed_over);
 InputTotals totals(const std::vector<SourceReport>& reports);
 
 // True if anything of the row was dropped.

@@ -1,12 +1,15 @@
 #include "index/input/input_outcome.h"
 
+#include "index/formats/unread_formats.h"
+
 #include <algorithm>
 
 namespace filiform {
 namespace {
 
-InputOutcome outcomeAs(InputFate fate, const InputReport& report) {
+InputOutcome outcomeAs(InputFate fate, const std::string& file, const InputReport& report) {
   InputOutcome outcome{fate, {}, {}};
+  if (fate == InputFate::kPassed) outcome.reason = whyPassedOver(file);
   if (!outcome.isLost()) return outcome;
   if (report.codes.empty() || (report.severity == Severity::kRefuse && !report.codes.anyRefusal())) {
     outcome.reason = "refused for its warnings, because of --strict: " + codesText(report.codes);
@@ -20,6 +23,8 @@ InputOutcome outcomeAs(InputFate fate, const InputReport& report) {
 
 InputFate fateBySeverity(const InputReport& report) {
   switch (report.severity) {
+    case Severity::kPassed:
+      return InputFate::kPassed;
     case Severity::kAccept:
       return InputFate::kAccepted;
     case Severity::kWarn:
@@ -39,7 +44,7 @@ InputFate fateOf(const SourceReport& row, const EntryReport& entry) {
 }  // namespace
 
 std::string_view name(InputFate fate) {
-  static constexpr std::string_view kNames[] = {"accepted", "warned", "skipped", "refused"};
+  static constexpr std::string_view kNames[] = {"accepted", "warned", "skipped", "refused", "passed"};
   return kNames[static_cast<std::size_t>(fate)];
 }
 
@@ -56,11 +61,11 @@ std::optional<InputOutcome> outcomeOfInput(const SourceReport& row) {
                                   [&](const EntryReport& entry) { return fateOf(row, entry) == InputFate::kRefused; });
     if (!isRefused(row.report) || told) return std::nullopt;
   }
-  return outcomeAs(row.left_out ? InputFate::kSkipped : fateBySeverity(row.report), row.report);
+  return outcomeAs(row.left_out ? InputFate::kSkipped : fateBySeverity(row.report), row.file, row.report);
 }
 
 InputOutcome outcomeOfInput(const SourceReport& row, const EntryReport& entry) {
-  return outcomeAs(fateOf(row, entry), entry.report);
+  return outcomeAs(fateOf(row, entry), entry.entry, entry.report);
 }
 
 void forEachInput(const std::vector<SourceReport>& reports, const UseInput& use) {

@@ -16,15 +16,15 @@
 namespace filiform {
 
 // The fate of one input: a file or an archive entry. A lost entry counts as skipped unless its archive is refused. So
-// an input is refused only if anyRefused() is true.
-enum class InputFate : std::uint8_t { kAccepted, kWarned, kSkipped, kRefused };
-// "accepted", "warned", "skipped", "refused".
+// an input is refused only if anyRefused() is true. A file that is passed over is no input.
+enum class InputFate : std::uint8_t { kAccepted, kWarned, kSkipped, kRefused, kPassed };
+// "accepted", "warned", "skipped", "refused", "passed".
 std::string_view name(InputFate fate);
 
 struct InputOutcome {
   InputFate fate = InputFate::kAccepted;
   // Of a skipped or refused input: the code at fault, and its meaning or the system's reason. An input that --strict
-  // refuses for its warnings has no code; the reason lists them.
+  // refuses for its warnings has no code; the reason lists them. A file that is passed over has a reason only.
   std::string code, reason;
 
   bool isLost() const { return fate == InputFate::kSkipped || fate == InputFate::kRefused; }
@@ -34,7 +34,8 @@ struct InputOutcome {
 std::optional<InputOutcome> outcomeOfInput(const SourceReport& row);
 // Of an entry of an archive.
 InputOutcome outcomeOfInput(const SourceReport& row, const EntryReport& entry);
-// Calls `use` for each input, in the order of the reports; an entry is named `archive/entry`. Names are raw bytes.
+// Calls `use` for each input and each file that was passed over, in the order of the reports; an entry is named
+// `archive/entry`. Names are raw bytes.
 using UseInput = std::function<void(const std::string& input, const InputReport& report, const InputOutcome& outcome)>;
 void forEachInput(const std::vector<SourceReport>& reports, const UseInput& use);
 

@@ -1,5 +1,6 @@
 // Prints the table of `check` and the summary of inputs.
 #include "index/count_text.h"
+#include "index/formats/unread_formats.h"
 #include "index/input/input.h"
 #include "index/text.h"
 
@@ -7,11 +8,12 @@
 #include <ostream>
 #include <string>
 #include <string_view>
+#include <utility>
 
 namespace filiform {
 namespace {
 
-constexpr std::size_t kNamedInputs = 20;
+constexpr std::size_t kNamedInputs = 20, kNamedEndings = 20;
 
 // Where a code occurs first, as `input:line`; empty if no line is recorded.
 std::string firstPlace(const std::vector<SourceReport>& reports, InputCode code) {
@@ -64,8 +66,9 @@ void writeDropped(const SourceReport& row, const std::function<void(std::string_
 InputTotals totals(const std::vector<SourceReport>& reports) {
   InputTotals sum;
   std::uint64_t* const counts[] = {&sum.accepted, &sum.warned, &sum.skipped, &sum.refused};  // by InputFate
-  forEachInput(reports, [&](const std::string&, const InputReport&, const InputOutcome& outcome) {
-    ++*counts[static_cast<std::size_t>(outcome.fate)];
+  forEachInput(reports, [&](const std::string& input, const InputReport&, const InputOutcome& outcome) {
+    ++(outcome.fate == InputFate::kPassed ? sum.passed_over[countedEnding(input)]
+                                          : *counts[static_cast<std::size_t>(outcome.fate)]);
   });
   for (const SourceReport& row : reports) {
     sum.bytes += row.bytes;
@@ -99,12 +102,26 @@ void writeCheckTable(std::ostream& out, const std::vector<SourceReport>& reports
   }
 }
 
+std::string passedOverText(const std::map<std::string, std::uint64_t>& passed_over) {
+  std::vector<std::pair<std::string, std::uint64_t>> endings(passed_over.begin(), passed_over.end());
+  std::stable_sort(endings.begin(), endings.end(), [](const auto& a, const auto& b) { return a.second > b.second; });
+  std::string text;
+  for (std::size_t i = 0; i < std::min(endings.size(), kNamedEndings); ++i) {
+    const std::string_view format = unreadFormat(endings[i].first);
+    text += (i > 0 ? ", " : "") + formatCount(endings[i].second) + " " + endings[i].first +
+            (format.empty() ? "" : " (" + std::string(format) + ")");
+  }
+  if (endings.size() > kNamedEndings) text += ", and " + counted(endings.size() - kNamedEndings, "more ending");
+  return text;
+}
+
 std::string summary(const std::vector<SourceReport>& reports) {
   const InputTotals sum = totals(reports);
-  std::string out = counted(sum.accepted + sum.warned + sum.skipped + sum.refused, "input") + ": " +
-                    formatCount(sum.accepted) + " accepted, " + formatCount(sum.warned) + " with warnings, " +
+  std::string out = counted(sum.inputs(), "input") + ": " + formatCount(sum.accepted) + " accepted, " +
+                    formatCount(sum.warned) + " with warnings, " +
                     (sum.skipped > 0 ? formatCount(sum.skipped) + " skipped, " : "") + formatCount(sum.refused) +
                     " refused; " + counted(sum.samples, "sample") + ", " + counted(sum.segments, "segment") + " kept\n";
+  if (!sum.passed_over.empty()) out += "  passed over: " + passedOverText(sum.passed_over) + "\n";
   for (const auto& [code, count] : sum.codes.all()) {
     if (isRefusal(code)) continue;
     const std::string first = firstPlace(reports, code);

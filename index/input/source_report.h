@@ -19,7 +19,8 @@ struct EntryReport {
 };
 
 // One row of `check`: a file argument, a file of a folder, a container (sums over its entries), or a folder that cannot
-// be listed. A container is an archive, a MouseLight file, a shard of skeletons, or skeletons at an address.
+// be listed. A row or entry of severity kPassed was passed over. A container is an archive, a file of MouseLight,
+// CATMAID or NML, a shard of skeletons, or skeletons at an address.
 struct SourceReport {
   std::string file;       // base name of the argument, or path below the folder argument; raw bytes
   bool archive = false;   // a container

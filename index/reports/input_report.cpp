@@ -80,7 +80,7 @@ std::string_view name(InputCode code) { return kTexts[static_cast<std::size_t>(c
 std::string_view explanation(InputCode code) { return kTexts[static_cast<std::size_t>(code)].explanation; }
 
 std::string_view name(Severity severity) {
-  static constexpr std::string_view kNames[] = {"accept", "warn", "refuse"};
+  static constexpr std::string_view kNames[] = {"passed", "accept", "warn", "refuse"};
   return kNames[static_cast<std::size_t>(severity)];
 }
 

@@ -92,8 +92,9 @@ inline bool isMostlyBad(std::uint64_t candidates, std::uint64_t unreadable, std:
   return unreadable > candidates / 2 || kept < (candidates + 9) / 10;
 }
 
-enum class Severity : std::uint8_t { kAccept, kWarn, kRefuse };
-// "accept", "warn", "refuse".
+// kPassed: a file of a folder or archive that is no input, since it holds no cell or its format is not read.
+enum class Severity : std::uint8_t { kPassed, kAccept, kWarn, kRefuse };
+// "passed", "accept", "warn", "refuse".
 std::string_view name(Severity severity);
 
 // How often each code occurred. Sorted by code, since there are few.

@@ -25,7 +25,8 @@ struct Provenance {
   };
   std::vector<Source> sources;
   std::vector<Lost> refused, skipped;
-  std::map<std::string, std::uint64_t> codes;  // number of reports by code
+  std::map<std::string, std::uint64_t> codes;        // number of reports by code
+  std::map<std::string, std::uint64_t> passed_over;  // number of files that were no inputs, by ending
 };
 
 }  // namespace filiform

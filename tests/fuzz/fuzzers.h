@@ -18,6 +18,8 @@ void fuzzProperties(Input input);
 void fuzzZip(Input input);
 void fuzzPacked(Input input);
 void fuzzJson(Input input);
+void fuzzNml(Input input);
+void fuzzCsv(Input input);
 void fuzzAsc(Input input);
 void fuzzShard(Input input);
 void fuzzPlacements(Input input);
@@ -60,6 +62,8 @@ inline constexpr Target kTargets[] = {
     {"packed", fuzzPacked, 10000},
     {"json", fuzzJson, 20000},
     {"properties", fuzzProperties, 20000},
+    {"nml", fuzzNml, 10000},
+    {"csv", fuzzCsv, 20000},
     {"asc", fuzzAsc, 20000},
     {"shard", fuzzShard, 20000},
 };

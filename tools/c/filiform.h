@@ -301,6 +301,7 @@ typedef struct filiform_ingest_result {
   uint64_t cells, samples, segments, tiles;    /* of the whole set */
   uint64_t accepted, warned, skipped, refused; /* inputs */
   uint64_t bytes;                              /* of all files of the set */
+  uint64_t passed_over;                        /* files of folders and archives that are no inputs */
 } filiform_ingest_result;
 
 /* Builds a tile set in the folder `output` from SWC files, folders and archives: `count` paths. Publishes at once: a

@@ -96,6 +96,7 @@ void ingestCells(const std::vector<std::string>& paths, const std::string& outpu
   told.skipped = all.skipped;
   told.refused = all.refused;
   told.bytes = made.bytes;
+  for (const auto& [ending, count] : all.passed_over) told.passed_over += count;
   *result = told;
 }
 

@@ -170,7 +170,7 @@ py::dict ingestInputs(const std::vector<std::string>& inputs, const std::string&
   return py::dict("revision"_a = made.result.set.revision, "cells"_a = counts.cells, "samples"_a = counts.samples,
                   "segments"_a = counts.segments, "tiles"_a = counts.tiles, "bytes"_a = made.result.set.bytes,
                   "unchanged"_a = made.result.set.unchanged, "accepted"_a = all.accepted + all.warned,
-                  "refused"_a = refused, "skipped"_a = skipped,
+                  "refused"_a = refused, "skipped"_a = skipped, "passed_over"_a = all.passed_over,
                   "records"_a = py::make_tuple(recordCount(*reports), py::cpp_function(read)),
                   "summary"_a = py::bytes(summary(*reports)), "note"_a = py::bytes(made.doubt));
 }

@@ -16,7 +16,7 @@ namespace filiform {
 class Archive final : public Container {
  public:
   // Reads the central directory of the archive at `path`, then closes the file. Its entries are those that
-  // internal::entryOfName() names, in the order of the central directory. Refusals: E_ZIP_TRUNCATED, E_ZIP_OVERLAP,
+  // internal::entryOfName() gives, in the order of the central directory. Refusals: E_ZIP_TRUNCATED, E_ZIP_OVERLAP,
   // E_ZIP_FORMAT or E_ZIP_NO_SWC. Throws IoError. O(entries log entries).
   explicit Archive(std::string path);
 

@@ -19,6 +19,10 @@ void Container::finishListing() {
     if (!entry.skipped && !labels.insert(entry.shown_label()).second)
       entry.remarks.push_back(InputCode::W_ZIP_DUP_NAME);
   }
+  refuseWithoutInput();
+}
+
+void Container::refuseWithoutInput() {
   if (std::all_of(entries_.begin(), entries_.end(), [](const ArchiveEntry& entry) { return entry.skipped; }))
     refusal_ = InputCode::E_ZIP_NO_SWC;
 }

@@ -4,6 +4,7 @@
 // Thread rule: a Container is immutable once it is listed. Container::Reader is thread-compatible; one a thread.
 #pragma once
 
+#include "index/containers/internal/file_kind.h"
 #include "index/containers/versions.h"
 #include "index/formats/internal/graph_file.h"
 #include "index/reports/input_report.h"
@@ -26,7 +27,12 @@ struct ArchiveEntry {
   std::uint64_t bytes = 0, packed_bytes = 0;  // as the container declares
   std::optional<GraphFormat> format = {};     // SWC if empty
   bool skipped = false;                       // must not be read; the remarks give the reason
-  std::vector<InputCode> remarks = {};        // W_ZIP_..., OTHER_VERSION
+  bool passed = false;                        // skipped too: holds no cell, or is of a format that is not read
+  std::vector<InputCode> remarks = {};        // W_ZIP_..., OTHER_VERSION; E_... of a file that holds several cells
+  std::string refusal_token = {};             // of that file, escaped
+  internal::FileKind kind = internal::FileKind::cell;  // of a file inside, or of the file that holds the cell
+  std::string morphology = {};                         // its name in an H5 file
+  std::uint32_t file = 0;                              // the file that holds it (archive_files.h)
 
   const std::string& shown_label() const { return label.empty() ? name : label; }
 };
@@ -68,6 +74,8 @@ class Container {
     // call opens the file, which stays open until the end of this object. Requires !entry.skipped. Throws IoError, and
     // what `sink` throws.
     virtual std::optional<InputCode> read(const ArchiveEntry& entry, const Sink& sink) = 0;
+    // A path of the H5 file inside an archive that holds the entry, valid until the next call. Throws IoError.
+    virtual std::string h5PathOf(const ArchiveEntry&) { return {}; }
   };
   // Null for an H5 file (h5_container.h).
   virtual std::unique_ptr<Reader> reader() const = 0;
@@ -79,6 +87,7 @@ class Container {
   void refuse(InputCode code, std::string_view token = {});
   // Marks entries whose label came before, and refuses a container without any entry to read.
   void finishListing();
+  void refuseWithoutInput();
 
   std::optional<InputCode> refusal_;
   std::string refusal_token_;

@@ -49,27 +49,26 @@ std::string withoutControls(std::string_view text) {
 }
 
 bool isPacked(std::string_view path) {
-  return endsWithNoCase(path, ".zip") || endsWithNoCase(path, ".tar") || endsWithNoCase(path, ".tgz") ||
-         endsWithNoCase(path, ".gz");
+  const FileKind kind = kindOf(path);
+  return kind == FileKind::zip || kind == FileKind::tar || kind == FileKind::tar_gz || endsWithNoCase(path, ".gz");
 }
 
 }  // namespace
 
-bool namesSwc(std::string_view path) {
-  return endsWithNoCase(path, ".swc") || endsWithNoCase(path, ".eswc") || endsWithNoCase(path, ".swc.txt");
-}
-
 std::optional<ArchiveEntry> entryOfName(std::string_view raw_name, bool is_link) {
   const std::string path = withSlashes(raw_name);
+  if (path.ends_with('/') && !is_link) return std::nullopt;
   const bool packed = isPacked(path);
-  const bool asc = endsWithNoCase(path, ".asc");
-  if (!namesSwc(path) && !asc && !packed) return std::nullopt;
-  if (anyPart(path, [](std::string_view part) { return part == "__MACOSX" || part.substr(0, 2) == "._"; }))
-    return std::nullopt;
-
   ArchiveEntry entry;
   entry.name = raw_name;
-  if (asc) entry.format = GraphFormat::kNeurolucida;
+  entry.kind = kindOf(path);
+  if (endsWithNoCase(path, ".asc")) entry.format = GraphFormat::kNeurolucida;
+  const bool clutter =
+      anyPart(path, [](std::string_view part) { return part == "__MACOSX" || part.substr(0, 2) == "._"; });
+  if (!is_link && (clutter || !(packed || isReadInFolders(path)))) {
+    entry.passed = entry.skipped = true;
+    return entry;
+  }
   if (anyPart(path, [](std::string_view part) { return part == ".."; })) {
     entry.skipped = true;
     entry.remarks = {InputCode::W_ZIP_UNSAFE_NAME};

@@ -8,12 +8,9 @@
 
 namespace filiform::internal {
 
-// Whether a file of this name holds SWC: *.swc, *.eswc (as Vaa3D writes), *.swc.txt. O(1).
-bool namesSwc(std::string_view path);
-
-// The entry if a report must name it: an SWC or *.asc, or an inner archive, which is skipped. nullopt for folders,
-// `__MACOSX`, `._*` and all other files. Names that leave the archive, and links, are skipped too. Index and sizes of
-// the result are 0. O(length).
+// The entry as a report names it; nullopt for a folder. A file that is not read in folders, `._*` and those below
+// `__MACOSX` are passed over. Inner archives, names that leave the archive, and links of any name are skipped. Index
+// and sizes of the result are 0. O(length).
 std::optional<ArchiveEntry> entryOfName(std::string_view raw_name, bool is_link);
 
 }  // namespace filiform::internal

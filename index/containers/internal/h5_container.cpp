@@ -17,7 +17,7 @@ H5Container::H5Container(Hdf5Process& process, const std::string& path, const st
   file_bytes_ = std::filesystem::file_size(path, error);
   if (error) throw IoError(inShort(path), "cannot read", error.value());
   std::vector<std::string> names = listH5Morphologies(process, path);
-  if (names.empty()) throw IoError(inShort(path), "holds no morphology; give a file of nodes with --morphologies");
+  any_ = !names.empty();
   single_ = names.size() == 1 && names[0].empty();
   if (only != nullptr && !single_) {
     std::vector<std::string> wanted;
@@ -27,7 +27,8 @@ H5Container::H5Container(Hdf5Process& process, const std::string& path, const st
   for (std::string& name : names) {
     ArchiveEntry entry;
     entry.bytes = entry.packed_bytes = file_bytes_ / names.size();
-    entry.name = std::move(name);
+    entry.kind = FileKind::h5;
+    entry.morphology = entry.name = std::move(name);
     entries_.push_back(std::move(entry));
   }
 }

@@ -14,16 +14,20 @@ namespace filiform::internal {
 // null.
 class H5Container final : public Container {
  public:
-  // Lists the file with `process`. `only`: the names to keep, ascending; null: all. Throws IoError, also for a file
-  // without morphologies.
+  // Lists the file with `process`; without morphologies it has no entries. `only`: the names to keep, ascending; null:
+  // all. Throws IoError.
   H5Container(Hdf5Process& process, const std::string& path, const std::vector<std::string>* only);
 
+  static constexpr const char* kNoMorphology = "holds no morphology; give a file of nodes with --morphologies";
+
+  // The file holds a morphology, wanted or not.
+  bool holdsAny() const { return any_; }
   // The file is one morphology without a name.
   bool isSingle() const { return single_; }
   std::unique_ptr<Reader> reader() const override { return nullptr; }
 
  private:
-  bool single_ = false;
+  bool any_ = false, single_ = false;
 };
 
 }  // namespace filiform::internal

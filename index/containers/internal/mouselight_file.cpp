@@ -2,10 +2,12 @@
 
 #include "index/file/internal/byte_stream.h"
 #include "index/file/internal/file_parts.h"
+#include "index/formats/swc/internal/text_sniff.h"
 #include "index/text.h"
 
 #include <algorithm>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <utility>
@@ -164,15 +166,23 @@ class NeuronFinder {
     const std::uint64_t begin = json_.offset();
     bool any_list = false, is_neuron = false;
     std::string name;
-    json_.object([&](const std::string& key) {
+    const std::function<void(const std::string&)> use = [&](const std::string& key) {
       if (key == "neurons" && json_.peek() == '[') {
         any_list = true;
         json_.list([&] { neuron(); });
+      } else if (key == "contents" && json_.peek() == '{') {  // as the API wraps them
+        json_.object([&](const std::string& inner) {
+          if (inner == "neurons")
+            use(inner);
+          else
+            json_.skip();
+        });
       } else {
         is_neuron = is_neuron || key == "axon" || key == "dendrite";
         member(key, name);
       }
-    });
+    };
+    json_.object(use);
     if (any_list) return;
     if (!is_neuron) json_.fail("not MouseLight JSON: it has no list `neurons`, `axon` or `dendrite`");
     add(begin, name);
@@ -235,19 +245,19 @@ MouseLightFile::MouseLightFile(std::string path, const std::function<void(std::u
     file_bytes_ += bytes;
     if (progress) progress(bytes);
   });
+  const std::string_view head = in.head(4096);
+  const bool binary = internal::hasBinaryMagic(head), wide = internal::isWideText(head);
   try {
-    entries_ = NeuronFinder(in).find();
-    finishListing();
+    if (binary || wide) {
+      refuse(binary ? InputCode::E_NOT_TEXT : InputCode::E_ENCODING);
+    } else {
+      entries_ = NeuronFinder(in).find();
+      finishListing();
+    }
   } catch (const WrongJson& wrong) {
     refuse(InputCode::E_FORMAT, "line " + std::to_string(wrong.line) + ": " + wrong.what);
   }
   digest_ = in.digest();
-}
-
-bool MouseLightFile::mayBe(std::string_view head) {
-  const std::size_t begin = head.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
-  return begin != std::string_view::npos && (head[begin] == '{' || head[begin] == '[') &&
-         (head.find("\"neurons\"") != std::string_view::npos || head.find("\"idString\"") != std::string_view::npos);
 }
 
 std::unique_ptr<Container::Reader> MouseLightFile::reader() const {

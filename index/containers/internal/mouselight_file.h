@@ -1,5 +1,6 @@
-// A MouseLight JSON file: a list `neurons`, a bare list of neurons, or one neuron. Its entries are the neurons, named
-// by `idString`. The file is read once to find them, in constant memory. Thread rule: as Container.
+// A MouseLight JSON file: a list `neurons`, also in an object `contents` as the API has it, a bare list of neurons, or
+// one neuron. Its entries are the neurons, named by `idString`. The file is read once to find them, in constant memory.
+// Thread rule: as Container.
 #pragma once
 
 #include "index/containers/internal/container.h"
@@ -7,7 +8,6 @@
 #include <functional>
 #include <memory>
 #include <string>
-#include <string_view>
 
 namespace filiform {
 
@@ -16,9 +16,6 @@ class MouseLightFile final : public Container {
   // Refusals: E_FORMAT, with the line and what is wrong; E_ZIP_NO_SWC without a neuron. `progress` receives the size of
   // each block read. Throws IoError, and what `progress` throws.
   explicit MouseLightFile(std::string path, const std::function<void(std::uint64_t bytes)>& progress = {});
-
-  // True if a text that begins like this may be such a file: for folders, which also hold other JSON files.
-  static bool mayBe(std::string_view head);
 
   std::unique_ptr<Reader> reader() const override;
 

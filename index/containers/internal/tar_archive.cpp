@@ -223,9 +223,10 @@ class TarArchive::Listing {
     if (!made_.spool_ && !link && (at > made_.file_bytes_ || bytes > made_.file_bytes_ - at) &&
         archive_entry_sparse_count(raw) == 0)
       return InputCode::E_ZIP_TRUNCATED;
-    if (name == nullptr || (!link && archive_entry_filetype(raw) != AE_IFREG)) return std::nullopt;
+    if (name == nullptr || (!link && archive_entry_filetype(raw) == AE_IFDIR)) return std::nullopt;
     std::optional<ArchiveEntry> entry = internal::entryOfName(name, link);
     if (!entry) return std::nullopt;
+    if (!link && archive_entry_filetype(raw) != AE_IFREG) entry->passed = entry->skipped = true;
     entry->index = at;
     entry->bytes = entry->packed_bytes = bytes;
     if (made_.spool_ && !entry->skipped && bytes <= kMaxEntryBytes) {

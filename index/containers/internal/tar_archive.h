@@ -20,7 +20,7 @@ class PackedSpool;
 class TarArchive final : public Container {
  public:
   // Lists the archive: reads all of it if `packed`, else its headers. Its entries are those that
-  // internal::entryOfName() names, in the order of the archive. Refusals: E_ZIP_TRUNCATED if it is cut short,
+  // internal::entryOfName() gives, in the order of the archive. Refusals: E_ZIP_TRUNCATED if it is cut short,
   // E_ZIP_CRC and E_ZIP_FORMAT for damage, E_ZIP_NO_SWC. `progress` is called after each block. Throws IoError, and
   // what `progress` throws.
   TarArchive(std::string path, bool packed, const std::function<void()>& progress = {});

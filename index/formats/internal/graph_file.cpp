@@ -1,10 +1,12 @@
 #include "index/formats/internal/graph_file.h"
 
 #include "index/file/internal/byte_stream.h"
+#include "index/formats/internal/catmaid_table.h"
 #include "index/formats/internal/edge_list.h"
 #include "index/formats/internal/graph_builder.h"
 #include "index/formats/internal/mouselight.h"
 #include "index/formats/internal/neurolucida.h"
+#include "index/formats/internal/nml.h"
 #include "index/formats/internal/obj_lines.h"
 #include "index/formats/internal/vtk_polylines.h"
 #include "index/formats/swc/internal/text_sniff.h"
@@ -24,10 +26,11 @@ void skipMark(internal::ByteStream& in, GraphBuilder& graph) {
 InputReport readStream(internal::ByteStream& in, std::string_view file, GraphFormat format, const GraphOptions& options,
                        Cell& cell) {
   SwcOptions units = options.units;
-  if (format == GraphFormat::kNeuroglancerSkeleton) {
+  if (format == GraphFormat::kNeuroglancerSkeleton || format == GraphFormat::kNml) {
     units.unit_um = 1;
     units.voxel_um.reset();
   }
+  if (format == GraphFormat::kCatmaid && units.isMicrometres()) units.unit_um = 1e-3;  // nm
   GraphBuilder graph(units);
   const std::string_view head = in.head(4096);
   if (format == GraphFormat::kNeuroglancerSkeleton) {
@@ -50,6 +53,12 @@ InputReport readStream(internal::ByteStream& in, std::string_view file, GraphFor
         break;
       case GraphFormat::kMouseLight:
         readMouseLight(in, graph);
+        break;
+      case GraphFormat::kCatmaid:
+        readCatmaid(in, graph);
+        break;
+      case GraphFormat::kNml:
+        readNml(in, options.units, graph);
         break;
       default:
         readVtkPolylines(in, graph);

@@ -25,16 +25,19 @@ enum class GraphFormat : std::uint8_t {
   kVtkPolylines,
   kNeuroglancerSkeleton,
   kNeurolucida,
-  kMouseLight
+  kMouseLight,
+  kCatmaid,
+  kNml
 };
-inline constexpr unsigned kGraphFormats = 6;
+inline constexpr unsigned kGraphFormats = 8;
 
 // The format by the ending of a file name, in any letter case: .edges, .obj, .vtk, .asc. nullopt for any other ending.
-// MouseLight files hold several neurons (mouselight_file.h); kMouseLight is one of them.
+// Files of MouseLight, CATMAID and NML hold several cells (mouselight_file.h, catmaid_file.h, nml_file.h); the formats
+// are those of one of them.
 std::optional<GraphFormat> graphFormatOf(std::string_view file_name);
 
 struct GraphOptions {
-  SwcOptions units;       // `apply_offset` is ignored
+  SwcOptions units;       // `apply_offset` is for NML only
   SkeletonInfo skeleton;  // for kNeuroglancerSkeleton: gives positions in um; `units` is then ignored
 };
 

@@ -1,12 +1,15 @@
 #include "index/input/internal/file_listing.h"
 
 #include "index/containers/internal/archive.h"
-#include "index/containers/internal/entry_names.h"
+#include "index/containers/internal/catmaid_file.h"
 #include "index/containers/internal/h5_container.h"
 #include "index/containers/internal/mouselight_file.h"
+#include "index/containers/internal/nml_file.h"
 #include "index/containers/internal/tar_archive.h"
 #include "index/errors.h"
+#include "index/formats/internal/catmaid_columns.h"
 #include "index/formats/object_ids.h"
+#include "index/formats/unread_formats.h"
 #include "index/input/internal/folder_walk.h"
 #include "index/text.h"
 
@@ -24,27 +27,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kHeadOfJson = 4096;
-
-FileKind kindOf(std::string_view name) {
-  if (endsWithNoCase(name, ".zip")) return FileKind::zip;
-  if (endsWithNoCase(name, ".tar.gz") || endsWithNoCase(name, ".tgz")) return FileKind::tar_gz;
-  if (endsWithNoCase(name, ".tar")) return FileKind::tar;
-  if (endsWithNoCase(name, ".json")) return FileKind::mouselight;
-  if (endsWithNoCase(name, ".h5")) return FileKind::h5;
-  return FileKind::cell;
-}
-
 std::string_view withoutGz(std::string_view name) {
   return endsWithNoCase(name, ".gz") ? name.substr(0, name.size() - 3) : name;
 }
 
-// H5 files in folders are not listed: most hold nodes or edges of a circuit.
 bool holdsCells(std::string_view name) {
-  const FileKind kind = kindOf(name);
-  if (kind != FileKind::cell) return kind != FileKind::h5;
   const std::string_view bare = withoutGz(name);
-  return namesSwc(bare) || endsWithNoCase(bare, ".asc");
+  return isReadInFolders(kindOf(bare) == FileKind::cell ? bare : name);
 }
 
 bool isSkeletonId(std::string_view name) {
@@ -60,28 +49,45 @@ ListedFile listedFrom(WalkedFile& walked) {
   return file;
 }
 
-// Folders also hold other JSON files, which are no inputs.
-bool isOtherJson(const ListedFile& file) {
-  if (file.kind != FileKind::mouselight || !file.unreadable.empty()) return false;
-  std::ifstream in(file.path, std::ios::binary);
-  std::string head(kHeadOfJson, '\0');
+// The first bytes of a file; nullopt if it cannot be read.
+std::optional<std::string> headOf(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  std::string head(kHeadBytes, '\0');
   in.read(head.data(), static_cast<std::streamsize>(head.size()));
+  if (in.bad() || !(in.good() || in.eof())) return std::nullopt;
   head.resize(static_cast<std::size_t>(in.gcount()));
-  return in.good() || in.eof() ? !MouseLightFile::mayBe(head) : false;
+  return head;
+}
+
+std::string_view firstLine(std::string_view head) { return head.substr(0, head.find_first_of("\r\n")); }
+
+// H5 files are asked when they are opened.
+bool isOther(const ListedFile& file) {
+  if (!file.unreadable.empty() || !mustBeginRight(file.kind) || file.kind == FileKind::h5) return false;
+  const std::optional<std::string> head = headOf(file.path);
+  return head && !mayHoldCells(file.kind, *head);
 }
 
 std::vector<ListedFile> listFolder(const std::string& folder, MorphologyVersion versions) {
   std::vector<ListedFile> files;
+  bool any_shard = false, any = false;
   for (WalkedFile& walked : walkFolder(folder, holdsCells)) {
+    const bool wanted = walked.wanted;
+    any_shard = any_shard || isShard(walked.shown);
     files.push_back(listedFrom(walked));
-    if (isOtherJson(files.back())) files.pop_back();
+    ListedFile& file = files.back();
+    file.found = true;
+    file.not_read.clear();
+    const bool other_table = file.kind == FileKind::cell && kindOf(file.path) == FileKind::catmaid;
+    file.passed = !wanted || other_table || isOther(file);
+    any = any || !file.passed;
   }
   std::vector<std::string_view> names;
   for (const ListedFile& file : files)
-    names.push_back(file.packed ? withoutGz(file.shown) : std::string_view(file.shown));
+    names.push_back(file.passed ? "" : file.packed ? withoutGz(file.shown) : std::string_view(file.shown));
   const std::vector<bool> left_out = versionsLeftOut(names, versions);
   for (std::size_t i = 0; i < files.size(); ++i) files[i].left_out = left_out[i] && files[i].unreadable.empty();
-  if (files.empty() && !walkFolder(folder, isShard, WalkDepth::folder_only).empty())
+  if (!any && any_shard)
     throw InputError(inShort(folder) + ": holds shards of skeletons, but no info file that says how to read them");
   return files;
 }
@@ -134,12 +140,21 @@ std::vector<ListedFile> listSkeletons(const std::string& folder, const ListingOp
   if (info->sharding && options.ids)
     for (const std::uint64_t id : *options.ids) shards.insert(info->sharding->fileNameOf(info->sharding->shardOf(id)));
   std::vector<ListedFile> files;
+  bool any = false;
   for (WalkedFile& f : walkFolder(folder, info->sharding ? isShard : isSkeletonId, WalkDepth::folder_only)) {
+    if (f.shown == "info") continue;
+    if (!f.wanted) {
+      files.push_back(listedFrom(f));
+      files.back().passed = true;
+      continue;
+    }
     if (info->sharding) {
       if (options.ids && !shards.contains(f.shown)) continue;
       files.push_back(shardOf(source, f.shown, info, options));
       files.back().unreadable = std::move(f.unreadable);
+      any = true;
     } else if (isWanted(options, f.shown)) {
+      any = true;
       ListedFile file = listedFrom(f);
       file.format = GraphFormat::kNeuroglancerSkeleton;
       file.skeleton = info;
@@ -147,7 +162,7 @@ std::vector<ListedFile> listSkeletons(const std::string& folder, const ListingOp
     }
   }
   for (ListedFile& file : files) file.properties = properties;
-  if (options.ids && !files.empty()) {
+  if (options.ids && any) {
     std::set<std::string, std::less<>> found;
     for (const ListedFile& file : files) found.emplace(withoutGz(file.shown));
     for (const std::uint64_t id : *options.ids) {
@@ -158,7 +173,7 @@ std::vector<ListedFile> listSkeletons(const std::string& folder, const ListingOp
             *source, id, info->sharding ? "its shard " + name + " is not in this folder" : "is not in this folder"));
     }
   }
-  if (files.empty())
+  if (!any)
     throw InputError(inShort(folder) + ": its info is that of skeletons, but it holds none" +
                      (options.ids ? " of these ids" : ""));
   return files;
@@ -169,7 +184,10 @@ std::vector<ListedFile> listSkeletons(const std::string& folder, const ListingOp
 ListedFile fileArgument(const std::string& path, const std::string& shown) {
   ListedFile file{path, shown};
   file.kind = kindOf(path);
+  if (file.kind == FileKind::catmaid && !CatmaidColumns::of(firstLine(headOf(path).value_or(""))).isCatmaid())
+    file.kind = FileKind::cell;  // SWC with commas
   if (file.kind != FileKind::cell) return file;
+  file.not_read = whyNotRead(withoutGz(path));
   file.packed = endsWithNoCase(path, ".gz");
   file.format = graphFormatOf(withoutGz(path));
   return file;
@@ -206,6 +224,10 @@ std::unique_ptr<Container> openContainer(const ListedFile& file, Hdf5Process& hd
       return std::make_unique<TarArchive>(file.path, file.kind == FileKind::tar_gz, progress);
     case FileKind::mouselight:
       return std::make_unique<MouseLightFile>(file.path, [&](std::uint64_t) { progress(); });
+    case FileKind::catmaid:
+      return std::make_unique<CatmaidFile>(file.path, [&](std::uint64_t) { progress(); });
+    case FileKind::nml:
+      return std::make_unique<NmlFile>(file.path, [&](std::uint64_t) { progress(); });
     case FileKind::h5:
       progress();
       return std::make_unique<H5Container>(hdf5, file.path, file.only ? &*file.only : nullptr);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "index/containers/internal/container.h"
+#include "index/containers/internal/file_kind.h"
 #include "index/containers/internal/skeleton_source.h"
 #include "index/containers/versions.h"
 #include "index/formats/internal/graph_file.h"
@@ -19,24 +20,16 @@
 
 namespace filiform::internal {
 
-enum class FileKind : std::uint8_t {
-  cell,  // SWC, or a graph if ListedFile::format is set
-  zip,
-  tar,
-  tar_gz,
-  mouselight,
-  h5,
-  shard,    // of skeletons
-  objects,  // unsharded skeletons at an address
-};
-
 struct ListedFile {
   std::string path;
   std::string shown;            // path below the argument
   std::string unreadable = {};  // why it cannot be read
+  std::string not_read = {};    // of a file argument: its format, and what to do
   FileKind kind = FileKind::cell;
   bool packed = false;    // a cell in gzip
   bool left_out = false;  // the other version of its neuron is read
+  bool found = false;     // in a folder: passed over if it holds no cell
+  bool passed = false;    // is passed over
   // For a graph:
   std::optional<GraphFormat> format = {};
   std::shared_ptr<const SkeletonInfo> skeleton = {};
@@ -53,7 +46,7 @@ struct ListingOptions {
   RemoteOptions remote = {};
 };
 
-// The file by its name, as a file argument: any ending that is not known is SWC.
+// The file by its name, as a file argument: any ending that is not known is SWC. Of a .csv file, its beginning decides.
 ListedFile fileArgument(const std::string& path, const std::string& shown);
 
 // The segment properties that an info of skeletons names; null if it names none, or if they are not there. Throws
@@ -63,9 +56,9 @@ std::shared_ptr<const SegmentProperties> readProperties(const SkeletonFiles& fil
 // The row of an object that is not there, refused for this reason.
 ListedFile missingObject(const SkeletonFiles& files, std::uint64_t id, const std::string& reason);
 
-// The files of a folder of precomputed skeletons by id as text, or its shards; of another folder, all files that hold
-// cells by path (index/input/input.h). Throws InputError for a folder of skeletons without any, or with an `info` that
-// cannot be used; IoError if the process has no file descriptor or memory left.
+// The files of a folder of precomputed skeletons by id as text, or its shards; of another folder, all files by
+// path (index/input/input.h); those that hold no cell are passed over. Throws InputError for a folder of skeletons
+// without any, or with an `info` that cannot be used; IoError if the process has no file descriptor or memory left.
 std::vector<ListedFile> listFiles(const std::string& folder, const ListingOptions& options);
 
 // The address of skeletons: http, https, or s3 for an argument that begins so, or with gs://. `precomputed://` may

@@ -21,7 +21,13 @@ namespace fs = std::filesystem;
 
 using FileId = std::pair<dev_t, ino_t>;
 
-bool isClutter(std::string_view file_name) { return file_name == "__MACOSX" || file_name.substr(0, 2) == "._"; }
+// Of a path below the folder.
+bool isClutter(std::string_view shown) {
+  const auto has_part = [&](std::string_view begin) {
+    return shown.starts_with(begin) || shown.find("/" + std::string(begin)) != std::string_view::npos;
+  };
+  return has_part("._") || has_part("__MACOSX/");
+}
 
 class FolderWalk {
  public:
@@ -53,30 +59,35 @@ class FolderWalk {
     std::error_code error;
     for (fs::directory_iterator it(path, error), end; !error && it != end; it.increment(error)) {
       const std::string file_name = it->path().filename().native();
-      if (!isClutter(file_name)) look(*it, file_name, below.empty() ? file_name : below + '/' + file_name);
+      look(*it, file_name, below.empty() ? file_name : below + '/' + file_name);
     }
     if (error) refuse(path, shown, "cannot list the folder", error.value());
   }
 
   void look(const fs::directory_entry& entry, const std::string& file_name, const std::string& shown) {
     const std::string& path = entry.path().native();
-    const bool is_wanted = wanted_(file_name);
+    const bool is_wanted = wanted_(file_name) && !isClutter(shown);
     std::error_code ignored;
-    if (!is_wanted && (depth_ == WalkDepth::folder_only || entry.is_regular_file(ignored))) return;
+    if (!is_wanted && entry.is_regular_file(ignored)) {
+      found_.push_back({path, shown, {}, false});
+      return;
+    }
+    if (!is_wanted && depth_ == WalkDepth::folder_only) return;
     struct stat status {};
     if (::stat(path.c_str(), &status) != 0) {
       const int error = errno;
       const bool is_link = entry.is_symlink(ignored);
       const bool maybe_folder = entry.is_directory(ignored) || (error != ELOOP && !fs::path(file_name).has_extension());
-      if (!is_wanted && !maybe_folder) return;
-      if (is_link && error == ENOENT)
+      if (!is_wanted && !maybe_folder)
+        found_.push_back({path, shown, {}, false});
+      else if (is_link && error == ENOENT)
         found_.push_back({path, shown, "a symbolic link to nothing"});
       else
         refuse(path, shown, "cannot read", error);
     } else if (S_ISDIR(status.st_mode)) {
       if (depth_ == WalkDepth::all) open_.push(shown);
     } else if (!is_wanted) {
-      return;
+      found_.push_back({path, shown, {}, false});
     } else if (!S_ISREG(status.st_mode)) {
       found_.push_back({path, shown, "neither a file nor a folder"});
     } else {

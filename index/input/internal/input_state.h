@@ -42,6 +42,7 @@ struct InputState {
   void list(const std::string& argument);
   void addFile(const ListedFile& file);
   SourceReport& addRow(const ListedFile& file, std::uint64_t bytes);
+  void passOver(const ListedFile& file);
   void addLeftOut(const ListedFile& file);
   void refuse(const ListedFile& file, const IoError& failure);
   void orderEqualSources();

@@ -103,9 +103,14 @@ InputReport ItemReader::readEntry(const InputItem& item, Cell& cell,
           progress(0);
         });
       });
-  for (const InputCode code : entry.remarks) remark(code, {}, report, cell);
+  addRemarks(entry, report, cell);
   progress(entry.packed_bytes);
   return report;
+}
+
+// What the name of the entry says.
+void ItemReader::addRemarks(const ArchiveEntry& entry, InputReport& report, Cell& cell) const {
+  for (const InputCode code : entry.remarks) remark(code, {}, report, cell);
 }
 
 // Adds a remark on a whole input, which refuses it if reading is strict.
@@ -125,8 +130,11 @@ InputReport ItemReader::readH5(const InputItem& item, Cell& cell,
     refuseBeyondMemory(item, points * kBytesOfSectionPoint);
     progress(0);
   };
-  InputReport report = readH5Morphology(hdf5_, *item.path, *item.morphology, options_, check, cell);
-  progress(item.bytes);
+  const bool inside = item.entry != nullptr && item.entry->file > 0;
+  const std::string path = inside ? readerOf(*item.container).h5PathOf(*item.entry) : *item.path;
+  InputReport report = readH5Morphology(hdf5_, path, *item.morphology, options_, check, cell);
+  if (item.entry != nullptr) addRemarks(*item.entry, report, cell);
+  progress(item.entry != nullptr ? item.entry->packed_bytes : item.bytes);
   return report;
 }
 

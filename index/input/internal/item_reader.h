@@ -68,6 +68,7 @@ class ItemReader {
   InputReport readH5(const InputItem& item, Cell& cell, const std::function<void(std::uint64_t bytes)>& progress);
   InputReport readEntry(const InputItem& item, Cell& cell, const std::function<void(std::uint64_t bytes)>& progress);
   InputReport readPacked(const InputItem& item, Cell& cell, const std::function<void(std::uint64_t bytes)>& progress);
+  void addRemarks(const ArchiveEntry& entry, InputReport& report, Cell& cell) const;
   // Reads content that comes in blocks: `pass` hands them on and returns why the input is refused.
   InputReport readContent(const InputItem& item, std::optional<GraphFormat> format, const SkeletonInfo* skeleton,
                           Cell& cell,

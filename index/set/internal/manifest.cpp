@@ -158,6 +158,11 @@ void writeProvenance(const Provenance& provenance, const std::function<void(std:
   use("\n],\n");
   write("\"refused\": [", provenance.refused);
   if (!provenance.skipped.empty()) write(",\n\"skipped\": [", provenance.skipped);
+  if (!provenance.passed_over.empty()) {
+    Json endings = Json::object();
+    for (const auto& [ending, count] : provenance.passed_over) endings[validUtf8(ending)] = count;
+    use(",\n\"passed_over\": " + endings.dump());
+  }
   use("\n}\n");
 }
 
@@ -233,6 +238,9 @@ Provenance decodeProvenance(const std::string& text, const std::string& manifest
     };
     readLost(json.at("refused"), provenance.refused);
     if (json.contains("skipped")) readLost(json.at("skipped"), provenance.skipped);
+    if (json.contains("passed_over"))
+      for (const auto& [ending, count] : json.at("passed_over").items())
+        provenance.passed_over[ending] = wholeNumber<std::uint64_t>(count);
     const nlohmann::json stated = nlohmann::json::parse(manifest);
     for (const auto& [code, count] : stated.at("provenance").at("codes").items())
       provenance.codes[code] = wholeNumber<std::uint64_t>(count);

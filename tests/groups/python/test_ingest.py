@@ -86,6 +86,7 @@ def test_all_reports_of_a_run_agree(tmp_path, made):
     plain = [[(name.encode("ascii", "replace"), why) for name, why in pairs] for pairs in (report.refused, report.skipped)]
     assert [[(n.encode("ascii", "replace"), w) for n, w in lost[k]] for k in ("refused", "skipped")] == plain
     assert kept == report.accepted
+    assert report.passed_over == checked["passed_over"]
 
     # The table of check: one row a file.
     table = subprocess.run([os.environ.get("FILIFORM_PROGRAM", "filiform"), "check", folder, "--tsv"], capture_output=True, text=True)

@@ -57,6 +57,15 @@ TEST(Versions, AnAscBesideTheSwcOfItsNameIsLeftOut) {
   EXPECT_EQ(kept({"a.asc", "a.swc"}, MorphologyVersion::both).size(), 2u);
 }
 
+TEST(Versions, AnH5BesideTheSwcOrAscOfItsNameIsLeftOut) {
+  EXPECT_EQ(kept({"a.asc", "a.h5", "b.h5", "b.swc", "c.h5"}, MorphologyVersion::cng),
+            (Paths{"a.asc", "b.swc", "c.h5"}));
+  EXPECT_EQ(kept({"m/asc/a.asc", "m/h5/a.h5", "m/swc/a.swc"}, MorphologyVersion::cng), (Paths{"m/swc/a.swc"}));
+  EXPECT_EQ(kept({"m/h5v1/a.h5", "m/ascii/a.asc", "m/swc/a.swc"}, MorphologyVersion::cng),
+            (Paths{"m/ascii/a.asc", "m/swc/a.swc"}));
+  EXPECT_EQ(kept({"a.h5", "a.swc"}, MorphologyVersion::both).size(), 2u);
+}
+
 const std::string kNeuron = "1 1 0 0 0 5 -1\n2 3 0 6 0 1 1\n";
 
 test::ZipMember memberOf(const std::string& name) {

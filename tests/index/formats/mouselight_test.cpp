@@ -126,7 +126,12 @@ TEST(MouseLightFile, FoldersGiveTheirNeuronsAndNoOtherJson) {
   for (Cell cell; input.next(cell);) sources.push_back(cell.source);
   EXPECT_EQ(sources, (std::vector<std::string>{"a.json/AA1"}));
   EXPECT_EQ(cellNames(sources), (std::vector<std::string>{"AA1"}));
-  EXPECT_EQ(input.reports().size(), 1u);
+  EXPECT_EQ(totals(input.reports()).inputs(), 1u);
+}
+
+TEST(MouseLightFile, TheApiWrapsNeuronsInContents) {
+  EXPECT_EQ(sourcesIn("{\"contents\": {\"comment\": [1, {}], \"neurons\": [" + neuronText("AA7") + "]}}"),
+            (std::vector<std::string>{"a.json/AA7"}));
 }
 
 // Two neurons of the whole mouse brain; figures by an independent reading (Python's json).

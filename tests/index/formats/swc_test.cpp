@@ -240,6 +240,15 @@ TEST(SwcReader, CommasAndSemicolonsSeparate) {
   EXPECT_EQ(row("1,1,0,0,0,5,-1 # changed 0,5 to 0,6 in x y z\n"), "warn 1 0 - W_SEPARATOR:1");
 }
 
+TEST(SwcReader, WithoutASampleNothingIsSaidOfSeparators) {
+  EXPECT_EQ(row("a,b,c,d,e,f,g\n1,2,3,4,x,6,7\n"), "refuse 0 0 - E_NO_SAMPLES:1,W_BAD_LINE:2");
+}
+
+TEST(SwcReader, ABadTypeHidesNoFloatId) {
+  EXPECT_EQ(row("1.0 soma 0 0 0 5 -1\n2.0 2.5 0 6 0 1 1.0\n3.0 3.0 0 9 0 1 2.0\n"),
+            "warn 3 2 - W_BAD_TYPE:2,W_FLOAT_ID:3");
+}
+
 TEST(SwcReader, AnEmptyColumnDoesNotShiftTheOthers) {
   EXPECT_EQ(row(withLine("3,3,,12,0,1,2,7")), "warn 2 1 3 W_BAD_LINE:1,W_SEPARATOR:1");
   EXPECT_EQ(row(withLine("3,,0,12,0,1,2")), "warn 3 2 - W_BAD_TYPE:1,W_SEPARATOR:1");
@@ -362,6 +371,22 @@ TEST(SwcReader, WideEncodingsAreRefused) {
   for (const std::string& text : {wide, big, wide32, "\xFF\xFE" + wide, "\xFE\xFF" + big}) {
     EXPECT_EQ(row(text), "refuse 0 0 - E_ENCODING:1");
   }
+}
+
+// Neither mark, nor NULs in nearly all pairs: most characters of the comment are beyond Latin-1.
+TEST(SwcReader, WideTextOfAnotherScriptIsRefusedAsSuch) {
+  std::string little, big;
+  for (int i = 0; i < 60; ++i) {
+    little += "\x2C\x67";
+    big += "\x67\x2C";
+  }
+  for (const char c : "\n" + withLine("3 3 0 12 0 1 2")) {
+    little += {c, '\0'};
+    big += {'\0', c};
+  }
+  EXPECT_EQ(row(std::string("#\0", 2) + little), "refuse 0 0 - E_ENCODING:1");
+  EXPECT_EQ(row(std::string("\0#", 2) + big), "refuse 0 0 - E_ENCODING:1");
+  EXPECT_EQ(row(std::string("1\0 \0", 4)), "refuse 0 0 - E_ENCODING:1");
 }
 
 TEST(SwcReader, WhatIsNotTextIsRefused) {

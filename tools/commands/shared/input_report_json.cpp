@@ -17,7 +17,7 @@ Json figures(const char* title, const std::string& input, std::uint64_t bytes, c
              const InputOutcome* outcome, const std::string& source, const SyncFates* fates) {
   Json members = {{title, input}, {"bytes", bytes}, {"severity", std::string(name(report.severity))}};
   if (outcome != nullptr) members["fate"] = std::string(name(outcome->fate));
-  if (outcome != nullptr && outcome->isLost()) members["reason"] = outcome->reason;
+  if (outcome != nullptr && !outcome->reason.empty()) members["reason"] = outcome->reason;
   if (fates != nullptr)
     if (const auto fate = fates->find(source); fate != fates->end()) members["sync"] = std::string(name(fate->second));
   members["samples"] = report.samples;

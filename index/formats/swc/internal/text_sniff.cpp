@@ -30,6 +30,21 @@ bool isTar(std::string_view head) {
   return digits && sum == stated;
 }
 
+// Pairs of bytes of which at least two in five have a NUL at `high` and a character of text beside it; the others are
+// characters beyond Latin-1. No byte of a character below is NUL.
+bool isUtf16(std::string_view head, std::size_t high) {
+  std::size_t plain = 0, text = 0;
+  const std::size_t pairs = head.size() / 2;
+  for (std::size_t i = 0; i < pairs; ++i) {
+    const auto low = static_cast<unsigned char>(head[2 * i + 1 - high]);
+    if (low == 0) return false;
+    if (head[2 * i + high] != '\0') continue;
+    ++plain;
+    text += low >= 0x20 || (low >= '\t' && low <= '\r');
+  }
+  return pairs >= 2 && plain * 5 >= pairs * 2 && text * 20 >= plain * 19;
+}
+
 }  // namespace
 
 bool hasBinaryMagic(std::string_view head) {
@@ -51,6 +66,7 @@ bool isWideText(std::string_view head) {
   using namespace std::string_view_literals;
   if (head.starts_with("\xFF\xFE"sv) || head.starts_with("\xFE\xFF"sv) || head.starts_with("\0\0\xFE\xFF"sv))
     return true;
+  if (isUtf16(head, 0) || isUtf16(head, 1)) return true;
   const std::size_t rounds = head.size() / 4;
   if (rounds < 2) return false;
   std::array<std::size_t, 4> nuls{};

@@ -62,6 +62,7 @@ class IngestReport(NamedTuple):
     accepted: int  #: inputs that became cells
     refused: list[tuple[str, str]]  #: names of refused files, entries and archives, and why
     skipped: list[tuple[str, str]]  #: names of entries that were left out of archives, and why
+    passed_over: dict[str, int]  #: number of files of folders and archives that are no inputs, by ending
     records: Records  #: each dropped line, cut link and remark
     summary: str  #: a few lines for people: what was kept, dropped and cut
     note: str  #: not empty: the unit looks wrong
