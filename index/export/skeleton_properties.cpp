@@ -1,6 +1,6 @@
 #include "index/export/skeleton_properties.h"
 
-#include "index/formats/internal/segment_properties.h"
+#include "index/formats/neuroglancer/internal/segment_properties.h"
 
 #include <algorithm>
 #include <array>

@@ -5,7 +5,7 @@
 #include "index/containers/internal/h5_container.h"
 #include "index/count_text.h"
 #include "index/errors.h"
-#include "index/formats/object_ids.h"
+#include "index/formats/neuroglancer/object_ids.h"
 #include "index/input/internal/archive_report.h"
 #include "index/input/internal/input_state.h"
 #include "index/text.h"

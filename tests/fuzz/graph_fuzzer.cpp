@@ -1,6 +1,6 @@
 #include "index/errors.h"
 #include "index/formats/internal/graph_file.h"
-#include "index/formats/internal/segment_properties.h"
+#include "index/formats/neuroglancer/internal/segment_properties.h"
 #include "tests/fuzz/fuzz_bytes.h"
 
 #include <algorithm>

@@ -19,7 +19,7 @@ namespace {
 struct OtherContent {};
 
 // A file of an archive, copied.
-struct CopiedFile {
+struct UnpackedFile {
   // Returns why the entry is refused. Throws OtherContent, after the first bytes.
   std::optional<InputCode> copy(const ArchiveEntry& entry, Container::Reader& reader,
                                 const std::function<void()>& progress) {
@@ -95,7 +95,7 @@ ArchiveFiles::ArchiveFiles(std::unique_ptr<Container> archive, Hdf5Process& hdf5
 
 // Copies the file, as far as it begins like its name says, and lists it.
 void ArchiveFiles::add(ArchiveEntry entry, Reader& reader, Hdf5Process& hdf5, const std::function<void()>& progress) {
-  CopiedFile file;
+  UnpackedFile file;
   std::optional<InputCode> refused;
   std::string token;
   try {
@@ -169,7 +169,7 @@ class ArchiveFiles::FilesReader final : public Container::Reader {
     if (at_ == entry.file) return std::nullopt;
     at_ = 0;
     cells_ = nullptr;
-    file_ = std::make_unique<CopiedFile>();
+    file_ = std::make_unique<UnpackedFile>();
     try {
       if (const auto refused = file_->copy(of_.files_[entry.file - 1], *archive_, {})) return refused;
     } catch (const OtherContent&) {
@@ -181,7 +181,7 @@ class ArchiveFiles::FilesReader final : public Container::Reader {
 
   const ArchiveFiles& of_;
   const std::unique_ptr<Reader> archive_;
-  std::unique_ptr<CopiedFile> file_;
+  std::unique_ptr<UnpackedFile> file_;
   std::unique_ptr<Reader> cells_;
   std::uint32_t at_ = 0;  // of file_; 0: none
 };

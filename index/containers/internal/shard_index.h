@@ -5,7 +5,7 @@
 // offsets count from the end of the shard index. All numbers are little-endian. Thread rule: pure functions, values.
 #pragma once
 
-#include "index/formats/internal/shard_scheme.h"
+#include "index/formats/neuroglancer/internal/shard_scheme.h"
 
 #include <cstdint>
 #include <functional>

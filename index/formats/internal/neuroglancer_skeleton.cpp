@@ -2,8 +2,8 @@
 
 #include "index/errors.h"
 #include "index/file/internal/byte_stream.h"
-#include "index/formats/internal/bounded_json.h"
 #include "index/formats/internal/graph_builder.h"
+#include "index/formats/neuroglancer/internal/bounded_json.h"
 #include "index/text.h"
 
 #include <algorithm>

@@ -8,7 +8,7 @@
 // length differs from its counts: E_FORMAT.
 #pragma once
 
-#include "index/formats/internal/shard_scheme.h"
+#include "index/formats/neuroglancer/internal/shard_scheme.h"
 
 #include <array>
 #include <cstddef>

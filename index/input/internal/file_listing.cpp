@@ -8,7 +8,7 @@
 #include "index/containers/internal/tar_archive.h"
 #include "index/errors.h"
 #include "index/formats/internal/catmaid_columns.h"
-#include "index/formats/object_ids.h"
+#include "index/formats/neuroglancer/object_ids.h"
 #include "index/formats/unread_formats.h"
 #include "index/input/internal/folder_walk.h"
 #include "index/text.h"

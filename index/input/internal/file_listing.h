@@ -6,7 +6,7 @@
 #include "index/containers/internal/skeleton_source.h"
 #include "index/containers/versions.h"
 #include "index/formats/internal/graph_file.h"
-#include "index/formats/internal/segment_properties.h"
+#include "index/formats/neuroglancer/internal/segment_properties.h"
 #include "index/hdf5/internal/hdf5_process.h"
 #include "index/remote/remote_options.h"
 

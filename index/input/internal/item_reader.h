@@ -5,7 +5,7 @@
 #include "index/cell/cell.h"
 #include "index/containers/internal/container.h"
 #include "index/formats/internal/graph_file.h"
-#include "index/formats/internal/segment_properties.h"
+#include "index/formats/neuroglancer/internal/segment_properties.h"
 #include "index/formats/swc.h"
 #include "index/hdf5/internal/hdf5_process.h"
 

@@ -2,7 +2,7 @@
 #include "index/containers/internal/shard_index.h"
 
 #include "index/errors.h"
-#include "index/formats/object_ids.h"
+#include "index/formats/neuroglancer/object_ids.h"
 #include "index/input/input.h"
 #include "tests/support/gzip_bytes.h"
 #include "tests/support/servers/http_server.h"

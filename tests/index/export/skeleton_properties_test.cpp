@@ -1,7 +1,7 @@
 // Segment properties: what each kind of attribute becomes.
 #include "index/export/skeleton_properties.h"
 
-#include "index/formats/internal/segment_properties.h"
+#include "index/formats/neuroglancer/internal/segment_properties.h"
 #include "index/ingest/ingest.h"
 #include "tests/support/scenes/random_cells.h"
 #include "tests/support/temp_folder.h"

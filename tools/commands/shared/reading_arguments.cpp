@@ -1,7 +1,7 @@
 #include "tools/commands/shared/reading_arguments.h"
 
 #include "index/errors.h"
-#include "index/formats/object_ids.h"
+#include "index/formats/neuroglancer/object_ids.h"
 #include "index/text.h"
 
 #include <algorithm>

@@ -14,7 +14,8 @@ class App;
 namespace filiform::tools {
 
 inline constexpr const char* kInputHelp =
-    "SWC, ASC, H5, NML, CATMAID CSV, MouseLight JSON; folders; archives (zip, tar, tar.gz); Neuroglancer skeletons, or a "
+    "SWC, ASC, H5, NML, CATMAID CSV, MouseLight JSON; folders; archives (zip, tar, tar.gz); Neuroglancer skeletons, or "
+    "a "
     "volume that has them, in a folder or at an address (http, https, s3, gs; for gs, STORAGE_EMULATOR_HOST names "
     "another server); "
     "graphs: .edges, .obj, .vtk; or one SONATA circuit_config.json or nodes.h5";

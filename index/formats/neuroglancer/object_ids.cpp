@@ -1,4 +1,4 @@
-#include "index/formats/object_ids.h"
+#include "index/formats/neuroglancer/object_ids.h"
 
 #include "index/errors.h"
 #include "index/text.h"

@@ -1,8 +1,8 @@
-#include "index/formats/internal/segment_properties.h"
+#include "index/formats/neuroglancer/internal/segment_properties.h"
 
 #include "index/errors.h"
-#include "index/formats/internal/bounded_json.h"
-#include "index/formats/object_ids.h"
+#include "index/formats/neuroglancer/internal/bounded_json.h"
+#include "index/formats/neuroglancer/object_ids.h"
 #include "index/text.h"
 
 #include <algorithm>

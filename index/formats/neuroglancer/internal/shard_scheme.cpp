@@ -1,4 +1,4 @@
-#include "index/formats/internal/shard_scheme.h"
+#include "index/formats/neuroglancer/internal/shard_scheme.h"
 
 #include "index/file/internal/bytes.h"
 

@@ -1,5 +1,5 @@
 // Segment properties: what each kind becomes, and what is refused.
-#include "index/formats/internal/segment_properties.h"
+#include "index/formats/neuroglancer/internal/segment_properties.h"
 
 #include "index/errors.h"
 #include "index/input/input.h"
