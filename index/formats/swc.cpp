@@ -71,10 +71,13 @@ struct SwcReader::State {
   bool sniffed = false;
   bool refused = false;  // the whole input; all that was read is discarded
   bool seen_carriage_return = false, seen_separator = false;
-  std::uint64_t candidates = 0, unreadable_lines = 0;
+  std::uint64_t candidates = 0, unreadable_lines = 0, later_comments = 0;
   SwcHeader header;
   std::string header_text;
   std::uint64_t header_lines_left_out = 0;
+  bool header_in_um = false;     // a line states micrometres; then no other line means another unit
+  std::uint64_t units_line = 0;  // the first line that names another unit
+  std::string units_text;
 };
 
 // A line that states a unit, a scale or an offset is no longer true of an exported cell if the reader applied it. It is
@@ -95,6 +98,7 @@ void SwcReader::State::keepComment(std::string_view line, bool applied) {
 
 void SwcReader::State::comment(std::string_view start, bool has_nul, std::uint64_t line) {
   if (refused) return;
+  later_comments += candidates > 0;
   if (has_nul) book.remark(InputCode::W_NUL, line);
   const internal::HeaderLine said = internal::readHeaderLine(start);
   if (candidates == 0)
@@ -108,9 +112,11 @@ void SwcReader::State::comment(std::string_view start, bool has_nul, std::uint64
     header.offset = said.offset;
     if (*said.offset != Vector3d::Zero() && !options.apply_offset) book.remark(InputCode::W_HEADER_SCALE, line, start);
   }
+  if (said.in_um && candidates == 0) header_in_um = true;
   if (!said.foreign_unit.empty() && header.units.empty()) {
     header.units = escaped(said.foreign_unit);
-    if (options.isMicrometres()) book.remark(InputCode::W_UNITS, line, start);
+    units_line = line;
+    units_text = start;
   }
 }
 
@@ -325,7 +331,7 @@ void SwcReader::State::refuseWhole(InputCode code, std::uint64_t line, std::stri
   graph.clear();
   header = {};
   header_text = {};
-  candidates = unreadable_lines = 0;
+  candidates = unreadable_lines = later_comments = 0;
 }
 
 void SwcReader::State::sniff(bool at_end) {
@@ -371,10 +377,15 @@ InputReport SwcReader::State::finish(std::string_view file, Cell& cell) {
   lines.finish();
   if (!refused && lines.nuls() * 5 > lines.bytes()) refuseWhole(InputCode::E_NOT_TEXT);
 
+  if (header_in_um) header.units.clear();
+  if (!refused && !header.units.empty() && options.isMicrometres())
+    book.remark(InputCode::W_UNITS, units_line, units_text);
+
   InputReport report;
   graph.finish(cell, report);
   judge(report);
   report.candidate_lines = candidates;
+  report.later_comments = later_comments;
   report.header = std::move(header);
   book.moveTo(report);
   report.dropped_lines = report.records.count(Effect::kLineDropped);
@@ -396,7 +407,7 @@ InputReport SwcReader::State::finish(std::string_view file, Cell& cell) {
   cell.links.clear();
   cell.name.clear();
   if (header_lines_left_out > 0)
-    header_text += "\n# (" + std::to_string(header_lines_left_out) + " more lines of the source's header are left out)";
+    header_text += "\n# (" + std::to_string(header_lines_left_out) + std::string(Cell::kHeaderCut);
   cell.header = refuse ? std::string() : std::exchange(header_text, {});
   cell.digest = digest.value();
   reset();
@@ -410,7 +421,9 @@ void SwcReader::State::reset() {
   lines = internal::LineSplitter<State>(*this, kMaxDataLine);
   head.clear();
   sniffed = refused = seen_carriage_return = seen_separator = false;
-  candidates = unreadable_lines = header_lines_left_out = 0;
+  candidates = unreadable_lines = later_comments = header_lines_left_out = units_line = 0;
+  header_in_um = false;
+  units_text.clear();
   header = {};
   header_text.clear();
 }
