@@ -46,7 +46,8 @@ nlohmann::ordered_json countsJson(const CodeCounts& codes) {
   return counts;
 }
 
-void writeSourceJson(std::ostream& out, const SourceReport& source, std::size_t level) {
+void writeSourceJson(std::ostream& out, const SourceReport& source, std::size_t level,
+                     const FindingsBySource* findings) {
   const std::optional<InputOutcome> own = outcomeOfInput(source);
   OpenJson row(out, figures("file", source.file, source.bytes, source.report, own ? &*own : nullptr), level);
   row.beginText("dropped");
@@ -67,16 +68,26 @@ void writeSourceJson(std::ostream& out, const SourceReport& source, std::size_t 
     }
     row.endList();
   }
+  if (findings != nullptr) {
+    row.beginList("anatomy");
+    for (const CellFindings* cell : findings->of(source.file)) {
+      row.beginElement();
+      Json said = Json::array();
+      for (const Finding& finding : cell->findings) said.push_back(findingJson(finding));
+      out << indentedJson({{"cell", cell->source}, {"findings", std::move(said)}}, level + 2);
+    }
+    row.endList();
+  }
   row.end();
 }
 
-void writeReportJson(std::ostream& out, const std::vector<SourceReport>& reports) {
+void writeReportJson(std::ostream& out, const std::vector<SourceReport>& reports, const FindingsBySource* findings) {
   out << '[';
   const char* between = "\n ";
   for (const SourceReport& source : reports) {
     out << between;
     between = ",\n ";
-    writeSourceJson(out, source, 1);
+    writeSourceJson(out, source, 1, findings);
   }
   out << (reports.empty() ? "]\n" : "\n]\n");
 }
