@@ -3,6 +3,7 @@
 #include "index/text.h"
 
 #include <algorithm>
+#include <iterator>
 #include <string_view>
 #include <unordered_map>
 #include <unordered_set>
@@ -63,6 +64,13 @@ std::vector<std::string_view> tellApart(std::vector<std::string_view> open, Shor
 
 }  // namespace
 
+std::uint64_t Cell::line(std::uint32_t rank) const {
+  const auto after = std::upper_bound(line_runs.begin(), line_runs.end(), rank,
+                                      [](std::uint32_t r, const LineRun& run) { return r < run.rank; });
+  if (after == line_runs.begin()) return 0;
+  return std::prev(after)->line + (rank - std::prev(after)->rank);
+}
+
 void Cell::clearSamples() {
   sample_ids.clear();
   positions_um.clear();
@@ -72,6 +80,7 @@ void Cell::clearSamples() {
   types.clear();
   block_starts.clear();
   odd_radii.clear();
+  line_runs.clear();
   header.clear();
 }
 
@@ -88,6 +97,28 @@ void Cell::discardLarge() {
   types = {};
   block_starts = {};
   odd_radii = {};
+}
+
+std::vector<std::int64_t> distinctIds(std::vector<std::int64_t> ids, const std::vector<std::uint32_t>& block_starts) {
+  std::int64_t highest = INT64_MIN;
+  for (std::size_t block = 0; block <= block_starts.size(); ++block) {
+    const std::size_t begin = block == 0 ? 0 : block_starts[block - 1];
+    const std::size_t end = block == block_starts.size() ? ids.size() : block_starts[block];
+    if (begin == end) continue;
+    const auto [least, most] = std::minmax_element(ids.begin() + static_cast<std::ptrdiff_t>(begin),
+                                                   ids.begin() + static_cast<std::ptrdiff_t>(end));
+    std::int64_t shift = 0, top = *most;
+    if (block > 0 && *least <= highest) {
+      if (__builtin_sub_overflow(highest, *least, &shift) || __builtin_add_overflow(shift, 1, &shift) ||
+          __builtin_add_overflow(*most, shift, &top)) {
+        for (std::size_t i = 0; i < ids.size(); ++i) ids[i] = static_cast<std::int64_t>(i) + 1;
+        return ids;
+      }
+      for (std::size_t i = begin; i < end; ++i) ids[i] += shift;
+    }
+    highest = std::max(highest, top);
+  }
+  return ids;
 }
 
 std::vector<std::string> cellNames(const std::vector<std::string>& sources, const std::vector<std::string>& given) {

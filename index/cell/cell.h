@@ -42,15 +42,24 @@ struct Cell {
   std::vector<std::uint32_t>
       block_starts;  // rank of the first sample of each id block after the first (W_ID_RESTART); usually empty
   std::vector<OddRadius> odd_radii;  // ascending by rank; the others are what radii_um says
+  // Lines of the file, for messages: runs in which lines and ranks increase together. Empty if the format has no lines,
+  // or beyond kSamplesKept runs.
+  struct LineRun {
+    std::uint32_t rank;
+    std::uint64_t line;
+  };
+  std::vector<LineRun> line_runs;
   // The comment lines before the first sample, each from its `#` on, with '\n' between them. Lines beyond kMostHeader
   // bytes are left out; a last line says how many.
   std::string header;
   static constexpr std::size_t kMostHeader = 65536;
+  static constexpr std::string_view kHeaderCut = " more lines of the source's header are left out)";
 
   std::vector<CellAttribute> attributes;  // by different names; usually empty
 
   std::size_t samples() const { return sample_ids.size(); }
-  void clearSamples();  // keeps source, digest, name and attributes; clears the header
+  std::uint64_t line(std::uint32_t rank) const;  // of the file, from 1; 0: not known. O(log runs)
+  void clearSamples();                           // keeps source, digest, name and attributes; clears the header
   // If an array has room for more than 2 kSamplesKept samples, empties all arrays and frees their memory. Otherwise
   // changes nothing: the next cell reuses the memory.
   static constexpr std::size_t kSamplesKept = std::size_t{1} << 16;
@@ -73,6 +82,10 @@ struct Cell {
 // order. The child of a link is the end reached later. In a forest, the parent is the node from which the search came.
 // Requires two different ends, both below cell.samples(). O(samples + edges).
 void connect(Cell& cell, std::vector<std::array<std::uint32_t, 2>> edges);
+
+// Ids without repeats: each block after the first is shifted past the highest earlier id. If the shifted ids exceed 64
+// bits, the ids are 1, 2, 3 and so on. O(samples).
+std::vector<std::int64_t> distinctIds(std::vector<std::int64_t> ids, const std::vector<std::uint32_t>& block_starts);
 
 // The input of ingest(). Thread rule: thread-compatible.
 class CellStream {

@@ -74,10 +74,13 @@ struct SwcReader::State {
   bool seen_carriage_return = false;
   std::uint64_t separator_line = 0;  // the first with separators; remarked if any sample is read
   std::string separator_text;
-  std::uint64_t candidates = 0, unreadable_lines = 0;
+  std::uint64_t candidates = 0, unreadable_lines = 0, later_comments = 0;
   SwcHeader header;
   std::string header_text;
   std::uint64_t header_lines_left_out = 0;
+  bool header_in_um = false;     // a line states micrometres; then no other line means another unit
+  std::uint64_t units_line = 0;  // the first line that names another unit
+  std::string units_text;
 };
 
 // A line that states a unit, a scale or an offset is no longer true of an exported cell if the reader applied it. It is
@@ -98,6 +101,7 @@ void SwcReader::State::keepComment(std::string_view line, bool applied) {
 
 void SwcReader::State::comment(std::string_view start, bool has_nul, std::uint64_t line) {
   if (refused) return;
+  later_comments += candidates > 0;
   if (has_nul) book.remark(InputCode::W_NUL, line);
   const internal::HeaderLine said = internal::readHeaderLine(start);
   if (candidates == 0)
@@ -111,9 +115,11 @@ void SwcReader::State::comment(std::string_view start, bool has_nul, std::uint64
     header.offset = said.offset;
     if (*said.offset != Vector3d::Zero() && !options.apply_offset) book.remark(InputCode::W_HEADER_SCALE, line, start);
   }
+  if (said.in_um && candidates == 0) header_in_um = true;
   if (!said.foreign_unit.empty() && header.units.empty()) {
     header.units = escaped(said.foreign_unit);
-    if (options.isMicrometres()) book.remark(InputCode::W_UNITS, line, start);
+    units_line = line;
+    units_text = start;
   }
 }
 
@@ -332,7 +338,7 @@ void SwcReader::State::refuseWhole(InputCode code, std::uint64_t line, std::stri
   graph.clear();
   header = {};
   header_text = {};
-  candidates = unreadable_lines = 0;
+  candidates = unreadable_lines = later_comments = 0;
 }
 
 void SwcReader::State::sniff(bool at_end) {
@@ -378,12 +384,17 @@ InputReport SwcReader::State::finish(std::string_view file, Cell& cell) {
   lines.finish();
   if (!refused && lines.nuls() * 5 > lines.bytes()) refuseWhole(InputCode::E_NOT_TEXT);
 
+  if (header_in_um) header.units.clear();
+  if (!refused && !header.units.empty() && options.isMicrometres())
+    book.remark(InputCode::W_UNITS, units_line, units_text);
+
   InputReport report;
   graph.finish(cell, report);
   if (!refused && separator_line > 0 && report.samples > 0)
     book.remark(InputCode::W_SEPARATOR, separator_line, separator_text);
   judge(report);
   report.candidate_lines = candidates;
+  report.later_comments = later_comments;
   report.header = std::move(header);
   book.moveTo(report);
   report.dropped_lines = report.records.count(Effect::kLineDropped);
@@ -405,7 +416,7 @@ InputReport SwcReader::State::finish(std::string_view file, Cell& cell) {
   cell.links.clear();
   cell.name.clear();
   if (header_lines_left_out > 0)
-    header_text += "\n# (" + std::to_string(header_lines_left_out) + " more lines of the source's header are left out)";
+    header_text += "\n# (" + std::to_string(header_lines_left_out) + std::string(Cell::kHeaderCut);
   cell.header = refuse ? std::string() : std::exchange(header_text, {});
   cell.digest = digest.value();
   reset();
@@ -419,8 +430,9 @@ void SwcReader::State::reset() {
   lines = internal::LineSplitter<State>(*this, kMaxDataLine);
   head.clear();
   sniffed = refused = seen_carriage_return = false;
-  separator_line = 0;
-  candidates = unreadable_lines = header_lines_left_out = 0;
+  candidates = unreadable_lines = later_comments = header_lines_left_out = units_line = separator_line = 0;
+  header_in_um = false;
+  units_text.clear();
   header = {};
   header_text.clear();
 }

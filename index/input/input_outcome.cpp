@@ -12,7 +12,9 @@ InputOutcome outcomeAs(InputFate fate, const std::string& file, const InputRepor
   if (fate == InputFate::kPassed) outcome.reason = whyPassedOver(file);
   if (!outcome.isLost()) return outcome;
   if (report.codes.empty() || (report.severity == Severity::kRefuse && !report.codes.anyRefusal())) {
-    outcome.reason = "refused for its warnings, because of --strict: " + codesText(report.codes);
+    outcome.reason = !report.doubts.empty()
+                         ? "refused for its doubts, because of --profile strict: " + report.doubts
+                         : "refused for its warnings, because of --strict: " + codesText(report.codes);
     return outcome;
   }
   const InputCode code = report.codes.all().front().first;

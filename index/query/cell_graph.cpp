@@ -151,10 +151,6 @@ class Line {
     const double odd_um = cell.oddRadius_um(rank);
     at_ = std::isnan(odd_um) ? internal::putRadius(at_, cell.radii_um[rank]) : internal::putRadius(at_, odd_um);
   }
-  void word(std::string_view w) {
-    blank();
-    at_ = std::copy(w.begin(), w.end(), at_);
-  }
   void writeTo(std::ostream& out) {
     *at_++ = '\n';
     out.write(text_, at_ - text_);
@@ -199,28 +195,7 @@ std::vector<std::array<std::uint32_t, 2>> parentLinks(const CellGraph& cell) {
   return links;
 }
 
-std::vector<std::int64_t> distinctIds(const CellGraph& cell) {
-  std::vector<std::int64_t> ids = cell.sample_ids;
-  std::int64_t highest = INT64_MIN;
-  for (std::size_t block = 0; block <= cell.block_starts.size(); ++block) {
-    const std::size_t begin = block == 0 ? 0 : cell.block_starts[block - 1];
-    const std::size_t end = block == cell.block_starts.size() ? ids.size() : cell.block_starts[block];
-    if (begin == end) continue;
-    const auto [least, most] = std::minmax_element(ids.begin() + static_cast<std::ptrdiff_t>(begin),
-                                                   ids.begin() + static_cast<std::ptrdiff_t>(end));
-    std::int64_t shift = 0, top = *most;
-    if (block > 0 && *least <= highest) {
-      if (__builtin_sub_overflow(highest, *least, &shift) || __builtin_add_overflow(shift, 1, &shift) ||
-          __builtin_add_overflow(*most, shift, &top)) {
-        for (std::size_t i = 0; i < ids.size(); ++i) ids[i] = static_cast<std::int64_t>(i) + 1;
-        return ids;
-      }
-      for (std::size_t i = begin; i < end; ++i) ids[i] += shift;
-    }
-    highest = std::max(highest, top);
-  }
-  return ids;
-}
+std::vector<std::int64_t> distinctIds(const CellGraph& cell) { return distinctIds(cell.sample_ids, cell.block_starts); }
 
 CellGraph readCell(const TileStore& store, std::uint32_t cell, bool with_appearance, const std::atomic<bool>* stop) {
   const CellRecord& record = store.cell(cell);
@@ -306,7 +281,7 @@ void writeSwc(std::ostream& out, const CellGraph& cell) {
     line.number(cell.types[i]);
     for (int axis = 0; axis < 3; ++axis) line.coordinate(p_W[axis], cell.grid);
     if (std::isnan(cell.radii_um[i])) {
-      line.word("NaN");
+      line.number(0);
     } else {
       line.radius(cell, i);
     }

@@ -48,16 +48,15 @@ CellGraph readCell(const TileStore& store, std::uint32_t cell, bool with_appeara
                    const std::atomic<bool>* stop = nullptr);
 
 // Writes the cell as SWC, with original ids in file order. Positions have the fewest decimals that read back as the
-// same grid point; radii read back as the same number, NaN where unknown. The source's header lines come first. Ids of
-// restarted blocks change (see distinctIds()), and a comment in the file states this. Requires radii and types. Throws
-// InputError for a cell with loops, which SWC cannot hold. Write errors set the stream's state.
+// same grid point; radii read back as the same number, but an unknown one is written as 0. The source's header lines
+// come first. Ids of restarted blocks change (see distinctIds()), and a comment in the file states this. Requires radii
+// and types. Throws InputError for a cell with loops, which SWC cannot hold. Write errors set the stream's state.
 void writeSwc(std::ostream& out, const CellGraph& cell);
 
 // Writes the source's header lines, then those of `lines` that are not among them, each with a line end.
 void writeHeader(std::ostream& out, const CellGraph& cell, const std::vector<std::string>& lines);
 
-// The ids that writeSwc() writes. Each block after the first is shifted past the highest earlier id. If the shifted ids
-// exceed 64 bits, the ids are 1, 2, 3 and so on. O(samples).
+// The ids that writeSwc() writes: distinctIds() of cell.h. O(samples).
 std::vector<std::int64_t> distinctIds(const CellGraph& cell);
 
 }  // namespace filiform

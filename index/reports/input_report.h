@@ -134,8 +134,10 @@ struct InputReport {
   std::uint64_t merged_points = 0;  // of sections and somata: another sample stands for the point
   std::uint64_t links_given = 0;    // kept samples whose parent field is not -1
   std::uint64_t links_cut = 0;
+  std::uint64_t later_comments = 0;  // lines after the first sample, which a cell does not keep
   CodeCounts codes;
   InputRecords records;  // every dropped line and cut link, and the first remarks of each code
+  std::string doubts;    // about the anatomy, for which check --profile strict refuses the input; else empty
   SwcHeader header;
 };
 

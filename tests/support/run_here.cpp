@@ -35,6 +35,7 @@ void makeInputs() {
 
 std::vector<std::vector<std::string>> goodCommands() {
   return {{"check", "cell.swc"},
+          {"fix", "cell.swc", "-o", "fixed/", "--force"},
           {"ingest", "cell.swc", "-o", "new.fil"},
           {"compact", "set.fil"},
           {"push", "nowhere.fil", "s3://bucket/name.fil"},

@@ -208,6 +208,7 @@ const ByCommand kFirstColumns{{"check", "file"}, {"cells", "id"}, {"nearest", "q
 // A part of the text output of each command.
 const ByCommand kTexts{{"synth", " segments, "},
                        {"check", " inputs: "},
+                       {"fix", " lists each change"},
                        {"ingest", " tiles, "},
                        {"attributes", ": cells with a row of "},
                        {"compact", " tiles, "},

@@ -128,6 +128,10 @@ std::vector<Option> outputOptions(const std::string& swc, const std::string& set
        [swc, set](const std::string& out) {
          return Arguments{"ingest", swc, "-o", set + ".again", "--force", "--report", out};
        }},
+      {"fix --report",
+       [swc, set](const std::string& out) {
+         return Arguments{"fix", swc, "-o", set + ".fixed/", "--force", "--report", out};
+       }},
       {"check --report",
        [swc](const std::string& out) {
          return Arguments{"check", swc, "--report", out};

@@ -1,4 +1,5 @@
 // filiform check: reads input as ingest does, and reports what ingest would keep, drop and refuse.
+#include "index/anatomy/input_anatomy.h"
 #include "index/cell/soma.h"
 #include "index/circuits/circuit.h"
 #include "index/errors.h"
@@ -8,6 +9,8 @@
 #include "index/remote/http_source.h"
 #include "index/text.h"
 #include "tools/commands/commands.h"
+#include "tools/commands/shared/anatomy_report.h"
+#include "tools/commands/shared/check_page.h"
 #include "tools/commands/shared/circuit_report.h"
 #include "tools/commands/shared/input_report_json.h"
 #include "tools/commands/shared/reading_arguments.h"
@@ -22,6 +25,7 @@
 #include <algorithm>
 #include <functional>
 #include <iostream>
+#include <map>
 #include <memory>
 #include <optional>
 #include <thread>
@@ -37,7 +41,7 @@ using Json = nlohmann::ordered_json;
 
 struct CheckArguments {
   std::vector<std::string> inputs;
-  std::string unit = "um", report;
+  std::string unit = "um", report, profile = "standard";
   CircuitOptions circuit;
   bool tsv = false, json = false, strict = false, no_soma_links = false;
   std::shared_ptr<ReadingArguments> reading;
@@ -66,6 +70,43 @@ Json populationsJson(const std::vector<PopulationReport>& populations) {
   return list;
 }
 
+constexpr std::size_t kNamedFiles = 20, kLinesOfACode = 3;
+constexpr std::uint64_t kRecordsForLines = 10000;  // the first ones of an input
+
+// The codes of an input with their first lines: "W_CYCLE line 2; W_ORDER lines 3, 5, 9 and 4 more".
+std::string codesWithLines(const InputReport& report) {
+  std::map<InputCode, std::vector<std::uint64_t>> lines;
+  std::uint64_t seen = 0;
+  for (auto record = report.records.begin(); record != report.records.end() && seen < kRecordsForLines;
+       ++record, ++seen) {
+    std::vector<std::uint64_t>& of_code = lines[record->code];
+    if (record->line > 0 && of_code.size() < kLinesOfACode) of_code.push_back(record->line);
+  }
+  std::string text;
+  for (const auto& [code, count] : report.codes.all()) {
+    const std::vector<std::uint64_t>& named = lines[code];
+    text += (text.empty() ? "" : "; ") + std::string(name(code));
+    for (std::size_t i = 0; i < named.size(); ++i)
+      text += (i > 0 ? ", " : count > 1 ? " lines " : " line ") + std::to_string(named[i]);
+    if (named.empty() && count > 1) text += " " + formatCount(count) + " times";
+    if (!named.empty() && count > named.size()) text += " and " + formatCount(count - named.size()) + " more";
+  }
+  return text;
+}
+
+// A line for each input with warnings.
+std::string warnedText(const std::vector<SourceReport>& reports) {
+  std::string text;
+  std::size_t named = 0;
+  forEachInput(reports, [&](const std::string& input, const InputReport& report, const InputOutcome& outcome) {
+    if (outcome.fate == InputFate::kWarned && ++named <= kNamedFiles)
+      text += "  warned " + inShort(input) + ": " + codesWithLines(report) + "\n";
+  });
+  if (named > kNamedFiles)
+    text += "  and " + formatCount(named - kNamedFiles) + " more warned; --tsv and --report list them\n";
+  return text;
+}
+
 std::string notesText(const CheckNotes& notes) {
   const std::vector<std::string>& off = notes.soma_three_point_off;
   if (off.empty()) return {};
@@ -74,7 +115,8 @@ std::string notesText(const CheckNotes& notes) {
          inShort(off.front()) + ")\n";
 }
 
-void writeCheckJson(std::ostream& out, const std::vector<SourceReport>& reports, const CheckNotes& notes) {
+void writeCheckJson(std::ostream& out, const std::vector<SourceReport>& reports, const CheckNotes& notes,
+                    const InputAnatomy& anatomy, const FindingsBySource& findings) {
   const InputTotals all = totals(reports);
   OpenJson object(out,
                   {{"verdict", std::string(name(verdict(reports)))},
@@ -90,12 +132,13 @@ void writeCheckJson(std::ostream& out, const std::vector<SourceReport>& reports,
                    {"codes", countsJson(all.codes)},
                    {"unit_doubt", notes.unit_doubt},
                    {"soma_three_point_off", notes.soma_three_point_off},
-                   {"populations", populationsJson(notes.populations)}},
+                   {"populations", populationsJson(notes.populations)},
+                   {"anatomy", anatomyCountsJson(anatomy)}},
                   0);
   object.beginList("files");
   for (const SourceReport& row : reports) {
     object.beginElement();
-    writeSourceJson(out, row, 2);
+    writeSourceJson(out, row, 2, {.findings = &findings});
   }
   object.endList();
   object.end();
@@ -115,7 +158,7 @@ std::vector<std::string> gathered(Ranks& ranks, const std::vector<std::string>& 
 int runCheck(const CheckArguments& a, Ranks* ranks) {
   Progress progress({.title = "check", .noun = "", .unit = ProgressUnit::bytes});
   InputOptions options;
-  options.swc.strict = a.strict;
+  options.swc.strict = a.strict || a.profile == "strict";
   options.threads = std::max(1u, std::thread::hardware_concurrency());
   readUnit(a.unit, options.swc);
   a.reading->apply(options);
@@ -127,6 +170,8 @@ int runCheck(const CheckArguments& a, Ranks* ranks) {
   };
   options.swc.soma_links = !a.no_soma_links;
   refuseSeveralCircuits(a.inputs);
+  const bool is_page = endsWithNoCase(a.report, ".html");
+  if (is_page && ranks != nullptr) throw UsageError("--report FILE.html: use filiform check, without ranks");
   std::optional<Output> report;
   if (!a.report.empty()) {
     std::vector<NamedPath> inputs;
@@ -145,31 +190,47 @@ int runCheck(const CheckArguments& a, Ranks* ranks) {
   std::optional<RankInputs> parts;
   if (ranks != nullptr) parts.emplace(*ranks, input, nullptr, nullptr);
   CheckNotes notes;
-  for (Cell cell; input.next(cell);)
+  InputAnatomy anatomy;
+  CellPictures pictures;
+  for (Cell cell; input.next(cell);) {
     if (!somataOf(cell).off_roots.empty()) notes.soma_three_point_off.push_back(cell.source);
+    const std::vector<Finding>& findings = anatomy.add(cell);
+    if (is_page) pictures.add(cell, findings);
+  }
   if (parts) {
     parts->gather(nullptr);
     notes.soma_three_point_off = gathered(*ranks, notes.soma_three_point_off);
+    const std::vector<Ranks::Bytes> findings = toFirst(*ranks, anatomy.encode());
     if (ranks->rank() != 0) return 0;
+    for (std::size_t rank = 1; rank < findings.size(); ++rank) anatomy.take(findings[rank]);
   }
+  anatomy.finish();
   progress.finish();
-  const std::vector<SourceReport> reports = reportsOf(input, circuit ? &*circuit : nullptr);
+  std::vector<SourceReport> reports = reportsOf(input, circuit ? &*circuit : nullptr);
   if (circuit) notes.populations = circuit->populationsOf(reports);
+  const FindingsBySource findings(anatomy.cells());
+  if (a.profile == "strict") refuseDoubtful(reports, findings);
   notes.unit_doubt = input.unitDoubt();
   if (report) {
-    writeReportJson(report->stream(), reports);
+    if (is_page)
+      writeCheckPage(report->stream(), summary(reports), reports, anatomy, pictures);
+    else
+      writeReportJson(report->stream(), reports, {.findings = &findings});
     report->finish();
   }
   if (a.json)
-    writeCheckJson(people, reports, notes);
+    writeCheckJson(people, reports, notes, anatomy, findings);
   else if (a.tsv)
     writeCheckTable(people, reports);
   else
-    people << summary(reports) << notesText(notes) << describePopulations(notes.populations);
+    people << summary(reports) << warnedText(reports) << anatomyText(anatomy) << notesText(notes)
+           << describePopulations(notes.populations);
   if (!notes.unit_doubt.empty()) std::cerr << "filiform: note: " << notes.unit_doubt << '\n';
   if (circuit)
     for (const std::string& doubt : circuit->doubts()) std::cerr << "filiform: note: " << doubt << '\n';
-  return anyRefused(reports) ? 1 : 0;
+  if (a.profile != "lenient") return anyRefused(reports) ? 1 : 0;
+  const InputTotals all = totals(reports);
+  return all.accepted + all.warned == 0 ? 1 : 0;
 }
 
 using CheckRun = std::function<int(const CheckArguments& a)>;
@@ -178,8 +239,10 @@ void addCheckThat(CLI::App& app, Chosen& chosen, const CheckRun& run) {
   auto arguments = std::make_shared<CheckArguments>();
   CLI::App* command = app.add_subcommand("check", "Read input as ingest does, and report what is wrong with it");
   command->footer(
-      "Examples:\n  filiform check archive.zip more/ --tsv\n  filiform check circuit_config.json\nExits 1 if any input "
-      "is refused.");
+      "Examples:\n  filiform check archive.zip more/ --tsv\n  filiform check more/ --report check.html\n"
+      "  filiform check circuit_config.json\n"
+      "Exits 1 if any input is refused. Doubts and notes say what is odd about the anatomy of cells; without --profile "
+      "strict they refuse nothing.");
   command->add_option("INPUT", arguments->inputs, kInputHelp)->required();
   CLI::Option* const tsv = command->add_flag("--tsv", arguments->tsv,
                                              "write one row an input: file severity samples segments dropped codes");
@@ -187,11 +250,19 @@ void addCheckThat(CLI::App& app, Chosen& chosen, const CheckRun& run) {
       ->excludes(tsv);
   command
       ->add_option("--report", arguments->report,
-                   "write a JSON record of everything dropped, cut or remarked, as ingest does")
+                   "write a JSON record of everything dropped, cut or remarked, as ingest does, with doubts and notes; "
+                   "FILE.html: a page with a picture of each cell, worst first")
       ->type_name("FILE");
   command->add_option("--unit", arguments->unit, kUnitHelp)->capture_default_str();
   addCircuitArguments(*command, arguments->circuit, arguments->no_soma_links);
   command->add_flag("--strict", arguments->strict, "refuse every file that has a warning");
+  command
+      ->add_option(
+          "--profile", arguments->profile,
+          "exit with 1: lenient, if no input can be used; standard, if one is refused; strict, as standard, and "
+          "refuse inputs with a warning or a doubt")
+      ->check(CLI::IsMember({"lenient", "standard", "strict"}))
+      ->capture_default_str();
   arguments->reading = addReadingArguments(*command);
   addProgressOption(*command);
   command->callback([arguments, &chosen, run] { chosen = [arguments, run] { return run(*arguments); }; });

@@ -221,7 +221,7 @@ int runIngest(const IngestArguments& a, Ranks* ranks) {
   const bool follows = a.sync && std::filesystem::exists(a.out + "/CURRENT", error);
   const auto writeReport = [&](const SyncFates* fates) {
     if (!report) return;
-    writeReportJson(report->stream(), reports, fates);
+    writeReportJson(report->stream(), reports, {.fates = fates});
     report->finish();
   };
   options.provenance = [&] {

@@ -11,6 +11,7 @@ namespace filiform::tools {
 
 void addSynth(CLI::App& app, Chosen& chosen);
 void addCheck(CLI::App& app, Chosen& chosen);
+void addFix(CLI::App& app, Chosen& chosen);
 void addIngest(CLI::App& app, Chosen& chosen);
 // For a program of several processes: `around` runs the command, and tells other ranks if it fails.
 using Around = std::function<int(const std::function<int()>& run)>;

@@ -23,12 +23,12 @@ constexpr std::size_t kLongestName = 180;  // bytes; file systems allow 255, and
 
 }  // namespace
 
-OutputFolder::OutputFolder(const std::string& path) : path_(path) {
+OutputFolder::OutputFolder(const std::string& path, bool force) : path_(path) {
   while (path_.size() > 1 && path_.back() == '/') path_.pop_back();
   std::error_code error;
   const fs::file_status status = fs::status(path_, error);
   if (fs::is_directory(status)) {
-    if (!fs::is_empty(path_, error) || error)
+    if (!force && (!fs::is_empty(path_, error) || error))
       throw InputError(inShort(path_) + ": is a folder that is not empty; name a new or an empty one");
     return;
   }
@@ -52,7 +52,8 @@ void OutputFolder::makeFolder(const std::string& name) {
 void OutputFolder::write(const std::string& name, std::string_view bytes) {
   Output out(path_ + "/" + name, {.sync = false, .cancel = &interruptFlag()});
   out.write(bytes);
-  made_.push_back(out.path());
+  std::error_code error;
+  if (!fs::exists(fs::symlink_status(out.path(), error))) made_.push_back(out.path());
   out.finish();
 }
 

@@ -10,8 +10,9 @@ namespace filiform::tools {
 // Makes the folder, or takes an empty one. Without finish(), the destructor removes everything that was made.
 class OutputFolder {
  public:
-  // Throws InputError if the path is not a folder or the folder is not empty, IoError if it cannot be made.
-  explicit OutputFolder(const std::string& path);
+  // Throws InputError if the path is not a folder or the folder is not empty, IoError if it cannot be made. With
+  // `force`, the folder may hold files: write() replaces those of the same name, and the destructor leaves them.
+  explicit OutputFolder(const std::string& path, bool force = false);
   ~OutputFolder();
   OutputFolder(const OutputFolder&) = delete;
   OutputFolder& operator=(const OutputFolder&) = delete;

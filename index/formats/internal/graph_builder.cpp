@@ -149,6 +149,7 @@ InputReport GraphBuilder::finish(std::string_view file, Cell& cell) {
   cell.types = std::move(cell_.types);
   cell.odd_radii = std::move(cell_.odd_radii);
   cell.block_starts.clear();
+  cell.line_runs.clear();
   cell.header.clear();
   cell.name.clear();
   return report;

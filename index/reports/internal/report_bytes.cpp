@@ -55,7 +55,7 @@ void encodeReport(const InputReport& report, ByteWriter& out) {
   out.u8(static_cast<std::uint8_t>(report.severity));
   for (const std::uint64_t count :
        {report.samples, report.segments, report.isolated, report.roots, report.candidate_lines, report.dropped_lines,
-        report.merged_points, report.links_given, report.links_cut})
+        report.merged_points, report.links_given, report.links_cut, report.later_comments})
     out.varint(count);
   encodeCodes(report.codes, out);
   out.varint(report.records.size());
@@ -70,7 +70,7 @@ InputReport decodeReport(ByteReader& in) {
   report.severity = static_cast<Severity>(in.u8());
   for (std::uint64_t* const count :
        {&report.samples, &report.segments, &report.isolated, &report.roots, &report.candidate_lines,
-        &report.dropped_lines, &report.merged_points, &report.links_given, &report.links_cut})
+        &report.dropped_lines, &report.merged_points, &report.links_given, &report.links_cut, &report.later_comments})
     *count = in.varint();
   report.codes = decodeCodes(in);
   for (std::uint64_t n = in.varint(); n > 0; --n) report.records.add(decodeRecord(in));

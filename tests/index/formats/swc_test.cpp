@@ -361,6 +361,25 @@ TEST(SwcReader, ForeignUnitInTheHeaderIsSaidOnce) {
   EXPECT_EQ(row("# traced from smoothed_pixel.swc, 512 pixel images\n# units: um\n1 1 0 0 0 1 -1\n"), "accept 1 0 - -");
 }
 
+TEST(SwcReader, AHeaderThatStatesMicrometresNamesNoOtherUnit) {
+  for (const char* header :
+       {"# in micrometers - steps: subtract origin, add 1 to xyz, scale by voxel size\n",
+        "# unit: um\n# xyz = index * voxel size\n", "# xyz = index * voxel size\n# coordinates in \xC2\xB5m\n",
+        "# coordinates: microns (voxel 0.1 nm)\n"})
+    EXPECT_EQ(row(header + withLine("3 3 0 12 0 1 2")), "accept 3 2 - -") << header;
+  for (const char* header : {"# units: pixels of 0.2 um\n", "# SCALE 1 1 1 um per pixel\n",
+                             "# coordinates: um/voxel 0.2\n", "# steps of 1 um\n# coordinates are voxels\n"})
+    EXPECT_EQ(row(header + withLine("3 3 0 12 0 1 2")), "warn 3 2 - W_UNITS:1") << header;
+}
+
+TEST(SwcReader, TheCellKnowsTheLineOfEachSample) {
+  const Cell cell = read("# a\n1 1 0 0 0 1 -1\n2 3 1 0 0 1 1\n\n# b\n2 3 9 9 9 1 1\n3 3 2 0 0 1 2\n").cell;
+  EXPECT_EQ(cell.line(0), 2u);
+  EXPECT_EQ(cell.line(1), 3u);
+  EXPECT_EQ(cell.line(2), 7u);
+  EXPECT_EQ(Cell().line(0), 0u);
+}
+
 TEST(SwcReader, WideEncodingsAreRefused) {
   std::string wide, big, wide32;
   for (const char c : withLine("3 3 0 12 0 1 2")) {

@@ -126,7 +126,7 @@ TEST(CellGraph, PlainNumbersAndNoLineBreaksFromNames) {
   EXPECT_EQ(rows[0].x, "1000000000");
   EXPECT_EQ(rows[0].y, "-0.002") << "the fewest decimals of that grid point";
   EXPECT_EQ(rows[0].z, "0.1");
-  EXPECT_EQ(rows[0].radius, "NaN");
+  EXPECT_EQ(rows[0].radius, "0");  // unknown
 }
 
 // Header lines, radii of many digits, ids and links: all text but the lines about the set itself.

@@ -207,6 +207,116 @@ TEST(Check, AThreePointSomaThatIsOffIsARemarkOnly) {
             "good.swc\taccept\t5\t4\t-\t-\noff.swc\taccept\t5\t4\t-\t-\n");
 }
 
+// A soma, and a dendrite that winds in space.
+std::string windingText(int steps, double scale = 1) {
+  std::string text = "1 1 0 0 0 " + std::to_string(5 * scale) + " -1\n";
+  for (int i = 1; i <= steps; ++i)
+    text += std::to_string(i + 1) + " 3 " + std::to_string(scale * (5 + 2 * i)) + " " +
+            std::to_string(scale * (i % 7)) + " " + std::to_string(scale * (i % 5)) + " " +
+            std::to_string(scale * (1 + 0.01 * i)) + " " + std::to_string(i) + "\n";
+  return text;
+}
+const std::string kJump = "900 2 900 0 9 1 1\n901 2 903 1 9 1.5 900\n";
+
+TEST(Check, AGoodCellDrawsNoDoubtAndNoNote) {
+  const test::TempFolder folder;
+  test::writeBytes(folder.file("good.swc"), windingText(80));
+  const Outcome text = runFiliform({"check", folder.file("good.swc")});
+  EXPECT_EQ(text.out, "1 input: 1 accepted, 0 with warnings, 0 refused; 81 samples, 80 segments kept\n");
+  EXPECT_EQ(runFiliform({"check", folder.file("good.swc"), "--profile", "strict"}).exit_code, 0);
+  const auto object = nlohmann::json::parse(runFiliform({"check", folder.file("good.swc"), "--json"}).out);
+  EXPECT_TRUE(object.at("anatomy").empty());
+  EXPECT_TRUE(object.at("files").at(0).at("anatomy").empty());
+}
+
+TEST(Check, NamesEachDoubtWithItsLinesAndWhatToDoNext) {
+  const test::TempFolder folder;
+  test::writeBytes(folder.file("jump.swc"), "# a header\n" + windingText(80) + kJump);
+  test::writeBytes(folder.file("good.swc"), windingText(90));
+  test::writeBytes(folder.file("good (copy).swc"), "# copied\r\n" + windingText(90));
+  test::writeBytes(folder.file("nm.swc"), windingText(70, 1000));
+  const Outcome text = runFiliform({"check", folder.path()});
+  EXPECT_EQ(text.exit_code, 0);
+  for (const char* line : {"  doubt good.swc: duplicate: the same samples and links as good (copy).swc\n    next: ",
+                           "  doubt jump.swc: long_links: 1 link longer than 20 times the median of ",
+                           " (line 83 (895 um))\n    next: look at these lines", "  doubt nm.swc: other_unit: about "})
+    EXPECT_NE(text.out.find(line), std::string::npos) << line << "\n" << text.out;
+  EXPECT_NE(text.out.find("  note far_axon 1: "), std::string::npos) << text.out;
+
+  const auto object = nlohmann::json::parse(runFiliform({"check", folder.path(), "--json"}).out);
+  EXPECT_EQ(object.at("verdict"), "accept");
+  EXPECT_EQ(object.at("anatomy").at("long_links"), (nlohmann::json{{"doubts", 1}, {"notes", 0}}));
+  for (const auto& file : object.at("files")) {
+    if (file.at("file") != "jump.swc") continue;
+    const auto& finding = file.at("anatomy").at(0).at("findings").at(0);
+    EXPECT_EQ(finding.at("finding"), "long_links");
+    EXPECT_EQ(finding.at("class"), "doubt");
+    EXPECT_EQ(finding.at("places").at(0).at("line"), 83);
+    EXPECT_EQ(finding.at("places").at(0).at("sample"), 900);
+    EXPECT_FALSE(finding.at("next").get<std::string>().empty());
+  }
+  // Only the profile strict refuses for doubts.
+  EXPECT_EQ(runFiliform({"check", folder.path(), "--strict"}).exit_code, 0);
+  const Outcome strict = runFiliform({"check", folder.path(), "--profile", "strict"});
+  EXPECT_EQ(strict.exit_code, 1);
+  EXPECT_NE(strict.out.find("refused jump.swc: refused for its doubts, because of --profile strict: long_links\n"),
+            std::string::npos)
+      << strict.out;
+  EXPECT_EQ(strict.out.substr(0, strict.out.find(';')), "4 inputs: 1 accepted, 0 with warnings, 3 refused");
+}
+
+TEST(Check, TheProfileChoosesWhatRefuses) {
+  const test::TempFolder folder;
+  test::writeBelow(folder, "a/good.swc", windingText(80));
+  test::writeBelow(folder, "a/empty.swc", "");
+  test::writeBytes(folder.file("empty.swc"), "");
+  test::writeBytes(folder.file("zero.swc"), "1 1 0 0 0 0 -1\n");
+  const auto code = [](const std::string& path, const std::string& profile) {
+    return runFiliform({"check", path, "--profile", profile}).exit_code;
+  };
+  EXPECT_EQ(code(folder.file("a"), "standard"), 1);
+  EXPECT_EQ(code(folder.file("a"), "lenient"), 0);
+  EXPECT_EQ(code(folder.file("empty.swc"), "lenient"), 1);
+  EXPECT_EQ(code(folder.file("zero.swc"), "standard"), 0);
+  EXPECT_EQ(code(folder.file("zero.swc"), "strict"), 1);
+  EXPECT_EQ(code(folder.file("zero.swc"), "harsh"), 2);
+  test::writeBytes(folder.file("both.zip"), test::buildZip({zipMember("good.swc", windingText(80)),
+                                                            zipMember("jump.swc", windingText(70) + kJump)}));
+  EXPECT_EQ(code(folder.file("both.zip"), "standard"), 0);
+  EXPECT_EQ(code(folder.file("both.zip"), "strict"), 1);
+}
+
+TEST(Check, FilesWithWarningsAreNamedWithTheirLines) {
+  const test::TempFolder folder;
+  test::writeBytes(folder.file("a.swc"), windingText(5) + "2 3 9 9 9 1 1\n3 3 9 9 9 1 1\n10 3 9 9 9 -1 1\n");
+  test::writeBytes(folder.file("b.swc"), windingText(6));
+  const Outcome text = runFiliform({"check", folder.path()});
+  EXPECT_NE(text.out.find("  warned a.swc: W_BAD_RADIUS line 9; W_DUP_ID lines 7, 8\n"), std::string::npos) << text.out;
+  EXPECT_EQ(text.out.find("warned b.swc"), std::string::npos);
+}
+
+TEST(Check, ThePageShowsTheWorstFirstAndNamesAreOnlyText) {
+  const test::TempFolder folder;
+  test::writeBelow(folder, "in/<img src=x onerror=alert(1)>&\"'.swc", windingText(80));
+  test::writeBelow(folder, "in/jump.swc", windingText(70) + kJump);
+  test::writeBelow(folder, "in/empty.swc", "");
+  const Outcome outcome = runFiliform({"check", folder.file("in"), "--report", folder.file("r.html")});
+  EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
+  const std::string page = test::readBytes(folder.file("r.html"));
+  EXPECT_TRUE(page.starts_with("<!DOCTYPE html>")) << page;
+  EXPECT_EQ(page.find("<img"), std::string::npos);
+  EXPECT_EQ(page.find("<script"), std::string::npos);
+  const std::size_t empty = page.find("<h2>empty.swc"), jump = page.find("<h2>jump.swc"),
+                    good = page.find("<h2>&lt;img src=x onerror=alert(1)&gt;&amp;&quot;&#39;.swc");
+  ASSERT_NE(good, std::string::npos) << page;
+  EXPECT_LT(empty, jump);
+  EXPECT_LT(jump, good);
+  EXPECT_NE(page.find("long_links: 1 link"), std::string::npos);
+  std::size_t pictures = 0;
+  for (std::size_t at = page.find("<svg"); at != std::string::npos; at = page.find("<svg", at + 1)) ++pictures;
+  EXPECT_EQ(pictures, 2u);
+}
+
 // A neurite of `steps` steps in a zigzag, in any unit.
 std::string neuriteText(double step, int steps) {
   std::string text = "1 1 0 0 0 1 -1\n";

@@ -52,7 +52,9 @@ TEST_F(CommandLine, AnyWordsGiveADocumentedCode) {
     std::vector<std::string> options;  // options that may be added
   };
   const std::vector<Command> commands{
-      {{"check", "cell.swc"}, {"--tsv", "--json", "--report", "--strict", "--unit", "--help"}},
+      {{"check", "cell.swc"}, {"--tsv", "--json", "--report", "--strict", "--profile", "--unit", "--help"}},
+      {{"fix", "cell.swc", "-o", "fixed"},
+       {"--force", "--drop-long-links", "--join-gaps", "--soma-links", "--unknown-radius", "--report", "--unit"}},
       {{"ingest", "cell.swc", "-o", "new.fil"},
        {"--force", "--add", "--remove", "--strict", "--levels", "--no-levels", "--capacity", "--quantum", "--unit",
         "--memory", "--threads", "--report", "--placements", "--apply-offset"}},

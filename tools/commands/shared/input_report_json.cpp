@@ -49,10 +49,11 @@ nlohmann::ordered_json countsJson(const CodeCounts& codes) {
   return counts;
 }
 
-void writeSourceJson(std::ostream& out, const SourceReport& source, std::size_t level, const SyncFates* fates) {
+void writeSourceJson(std::ostream& out, const SourceReport& source, std::size_t level, const ReportExtras& extras) {
   const std::optional<InputOutcome> own = outcomeOfInput(source);
   OpenJson row(
-      out, figures("file", source.file, source.bytes, source.report, own ? &*own : nullptr, source.file, fates), level);
+      out, figures("file", source.file, source.bytes, source.report, own ? &*own : nullptr, source.file, extras.fates),
+      level);
   row.beginText("dropped");
   if (anyDropped(source))
     writeDropped(source, [&](std::string_view piece) { row.addText(piece); });
@@ -65,26 +66,36 @@ void writeSourceJson(std::ostream& out, const SourceReport& source, std::size_t 
     for (const EntryReport& entry : source.entries) {
       row.beginElement();
       const InputOutcome outcome = outcomeOfInput(source, entry);
-      OpenJson one(
-          out,
-          figures("entry", entry.entry, entry.bytes, entry.report, &outcome, source.file + "/" + entry.entry, fates),
-          level + 2);
+      OpenJson one(out,
+                   figures("entry", entry.entry, entry.bytes, entry.report, &outcome, source.file + "/" + entry.entry,
+                           extras.fates),
+                   level + 2);
       writeRecords(entry.report, one, out, level + 2);
       one.end();
+    }
+    row.endList();
+  }
+  if (extras.findings != nullptr) {
+    row.beginList("anatomy");
+    for (const CellFindings* cell : extras.findings->of(source.file)) {
+      row.beginElement();
+      Json said = Json::array();
+      for (const Finding& finding : cell->findings) said.push_back(findingJson(finding));
+      out << indentedJson({{"cell", cell->source}, {"findings", std::move(said)}}, level + 2);
     }
     row.endList();
   }
   row.end();
 }
 
-void writeReportJson(std::ostream& out, const std::vector<SourceReport>& reports, const SyncFates* fates) {
+void writeReportJson(std::ostream& out, const std::vector<SourceReport>& reports, const ReportExtras& extras) {
   out << '[';
   const char* between = "\n ";
   for (const SourceReport& source : reports) {
     out << std::exchange(between, ",\n ");
-    writeSourceJson(out, source, 1, fates);
+    writeSourceJson(out, source, 1, extras);
   }
-  for (const auto& [source, fate] : fates != nullptr ? *fates : SyncFates())
+  for (const auto& [source, fate] : extras.fates != nullptr ? *extras.fates : SyncFates())
     if (fate == SyncFate::kGone || fate == SyncFate::kRemoved)
       out << std::exchange(between, ",\n ") << indentedJson({{"file", source}, {"sync", std::string(name(fate))}}, 1);
   out << (*between == ',' ? "\n]\n" : "]\n");

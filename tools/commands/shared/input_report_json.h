@@ -3,6 +3,7 @@
 
 #include "index/ingest/growth.h"
 #include "index/input/input.h"
+#include "tools/commands/shared/anatomy_report.h"
 
 #include <cstddef>
 #include <iosfwd>
@@ -14,14 +15,18 @@
 
 namespace filiform::tools {
 
+// What a report says of each source beside the record of reading; null: nothing.
+using SyncFates = std::map<std::string, SyncFate>;
+struct ReportExtras {
+  const SyncFates* fates = nullptr;            // `sync`, of a set that follows its inputs
+  const FindingsBySource* findings = nullptr;  // `anatomy`: what is odd about the cells
+};
+
 nlohmann::ordered_json countsJson(const CodeCounts& codes);
 // Writes one object, record by record: memory does not grow with the number of records. `level`: the indentation of its
 // closing brace. The caller checks the stream for errors. Throws IoError if records cannot be read back.
-// `fates`: not null: of the sources of a set that follows its inputs, each `sync` of its file or entry.
-using SyncFates = std::map<std::string, SyncFate>;
-void writeSourceJson(std::ostream& out, const SourceReport& source, std::size_t level,
-                     const SyncFates* fates = nullptr);
+void writeSourceJson(std::ostream& out, const SourceReport& source, std::size_t level, const ReportExtras& extras = {});
 // The same for an array with one object a source, and one for each source that the inputs have no longer.
-void writeReportJson(std::ostream& out, const std::vector<SourceReport>& reports, const SyncFates* fates = nullptr);
+void writeReportJson(std::ostream& out, const std::vector<SourceReport>& reports, const ReportExtras& extras = {});
 
 }  // namespace filiform::tools

@@ -88,8 +88,8 @@ bool SwcGraph::add(const SwcSample& sample, std::uint64_t line) {
   }
   cell_.types.push_back(sample.type);
   cell_.parents.push_back(kNoParent);
-  if (line_runs_.empty() || line - line_runs_.back().line != rank - line_runs_.back().rank)
-    line_runs_.push_back({rank, line});
+  if (cell_.line_runs.empty() || line - cell_.line_runs.back().line != rank - cell_.line_runs.back().rank)
+    cell_.line_runs.push_back({rank, line});
   link(sample, rank, line);
   return true;
 }
@@ -112,7 +112,7 @@ std::uint64_t SwcGraph::bytes(double times) const {
   };
   return per(samples(), kOfSample / 4 * 5 + sizeof(Vector3d)) + ids_.bytes(times) +
          per(open_.size(), sizeof(OpenLink) * 9 / 4) + per(cell_.odd_radii.size(), sizeof(OddRadius) * 9 / 4) +
-         per(line_runs_.size(), sizeof(LineRun) * 3);
+         per(cell_.line_runs.size(), sizeof(Cell::LineRun) * 3);
 }
 
 void SwcGraph::link(const SwcSample& sample, std::uint32_t rank, std::uint64_t line) {
@@ -153,18 +153,11 @@ void SwcGraph::closeBlock() {
     }
     ++links_cut_;
     const bool root_code = open.parent == 0 && !block_dropped_zero_;
-    book_->cutLink(root_code ? InputCode::W_ROOT_CODE : InputCode::W_MISSING_PARENT, lineOf(open.child),
+    book_->cutLink(root_code ? InputCode::W_ROOT_CODE : InputCode::W_MISSING_PARENT, cell_.line(open.child),
                    std::to_string(open.parent));
   }
   open_.clear();
   if (open_.capacity() > kKept) open_ = {};
-}
-
-std::uint64_t SwcGraph::lineOf(std::uint32_t rank) const {
-  const auto after = std::upper_bound(line_runs_.begin(), line_runs_.end(), rank,
-                                      [](std::uint32_t r, const LineRun& run) { return r < run.rank; });
-  const LineRun& run = *std::prev(after);
-  return run.line + (rank - run.rank);
 }
 
 // Every sample has at most one parent, so a walk along parents meets each cycle once. Ranks follow the order of lines.
@@ -182,7 +175,7 @@ void SwcGraph::cutCycles() {
     std::uint32_t lowest = at;
     for (std::uint32_t member = parents[at]; member != at; member = parents[member]) lowest = std::min(lowest, member);
     ++links_cut_;
-    cut.cutLink(InputCode::W_CYCLE, lineOf(lowest), std::to_string(cell_.sample_ids[parents[lowest]]));
+    cut.cutLink(InputCode::W_CYCLE, cell_.line(lowest), std::to_string(cell_.sample_ids[parents[lowest]]));
     parents[lowest] = kNoParent;
   }
   cut.add();
@@ -199,7 +192,7 @@ void SwcGraph::count(InputReport& report) {
     }
     ++report.segments;
     has_child[parent] = true;
-    if (parent > rank) book_->remark(InputCode::W_ORDER, lineOf(rank), std::to_string(cell_.sample_ids[parent]));
+    if (parent > rank) book_->remark(InputCode::W_ORDER, cell_.line(rank), std::to_string(cell_.sample_ids[parent]));
   }
   for (std::uint32_t rank = 0; rank < parents.size(); ++rank) {
     if (parents[rank] == kNoParent && !has_child[rank]) ++report.isolated;
@@ -221,6 +214,8 @@ void SwcGraph::finish(Cell& cell, InputReport& report) {
   cell.types.swap(cell_.types);
   cell.block_starts.swap(cell_.block_starts);
   cell.odd_radii.swap(cell_.odd_radii);
+  cell.line_runs.swap(cell_.line_runs);
+  if (cell.line_runs.size() > kKept) cell.line_runs = {};
   clear();
 }
 
@@ -231,8 +226,6 @@ void SwcGraph::clear() {
   startBlock();
   open_.clear();
   if (open_.capacity() > kKept) open_ = {};
-  line_runs_.clear();
-  if (line_runs_.capacity() > kKept) line_runs_ = {};
   links_given_ = links_cut_ = 0;
   later_parents_ = false;
 }

@@ -90,10 +90,6 @@ class SwcGraph {
     std::uint32_t child;
     std::int64_t parent;
   };
-  struct LineRun {
-    std::uint32_t rank;
-    std::uint64_t line;
-  };
 
   void growBeyondKept();
   bool startsBlock(const SwcSample& sample) const;
@@ -102,7 +98,6 @@ class SwcGraph {
   void link(const SwcSample& sample, std::uint32_t rank, std::uint64_t line);
   void cutCycles();
   void count(InputReport& report);
-  std::uint64_t lineOf(std::uint32_t rank) const;
 
   RecordBook* book_;
   Cell cell_;
@@ -111,8 +106,7 @@ class SwcGraph {
   bool block_has_first_id_ = false;
   std::int64_t block_first_id_ = 0;
   bool block_dropped_zero_ = false;
-  std::vector<OpenLink> open_;      // of the current block: parents not met yet
-  std::vector<LineRun> line_runs_;  // where lines and ranks stop increasing together
+  std::vector<OpenLink> open_;  // of the current block: parents not met yet
   std::uint64_t links_given_ = 0, links_cut_ = 0;
   bool later_parents_ = false;
 };

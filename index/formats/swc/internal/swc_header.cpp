@@ -3,8 +3,11 @@
 #include "index/formats/swc/internal/swc_fields.h"
 #include "index/text.h"
 
+#include <algorithm>
 #include <array>
+#include <iterator>
 #include <string>
+#include <utility>
 
 namespace filiform::internal {
 namespace {
@@ -42,14 +45,15 @@ std::optional<Vector3d> readTriple(std::string_view text) {
   return std::nullopt;
 }
 
-bool namesForeignUnit(std::string_view word) {
-  static constexpr std::string_view kUnits[] = {"pixel", "pixels",    "px",         "voxel",     "voxels",
-                                                "nm",    "nanometer", "nanometers", "nanometre", "nanometres"};
-  for (const std::string_view unit : kUnits) {
-    if (word == unit) return true;
-  }
-  return false;
+template <std::size_t N>
+bool isOneOf(std::string_view word, const std::string_view (&words)[N]) {
+  return std::find(std::begin(words), std::end(words), word) != std::end(words);
 }
+
+constexpr std::string_view kForeignUnits[] = {"pixel", "pixels",    "px",         "voxel",     "voxels",
+                                              "nm",    "nanometer", "nanometers", "nanometre", "nanometres"};
+constexpr std::string_view kMicrometres[] = {"um",         "micron",      "microns",   "micrometer", "micrometers",
+                                             "micrometre", "micrometres", "\xC2\xB5m", "\xCE\xBCm",  "\xB5m"};
 
 bool startsWith(std::string_view word, std::string_view start) { return word.substr(0, start.size()) == start; }
 
@@ -65,17 +69,30 @@ HeaderLine readHeaderLine(std::string_view comment) {
   if (first == "scale") line.scale = readTriple(rest);
   if (first == "offset") line.offset = readTriple(rest);
 
-  // Comments often mention pixels ("traced on a 512-pixel image"). Only lines about units or coordinates count.
-  bool about_units = first == "scale";
+  // Comments often mention pixels ("traced on a 512-pixel image"). Only lines about units or coordinates count. Of
+  // several units, the first is that of the data: "in micrometers: voxel * size", "pixels of 0.2 um". But "um per
+  // pixel" is the size of a pixel.
+  bool about_units = first == "scale", in_um = false;
   std::string_view unit;
+  std::string before;
   rest = comment;
   for (std::string_view raw = takeWord(rest); !raw.empty(); raw = takeWord(rest)) {
-    const std::string word = lowerCase(raw);
-    if (startsWith(word, "unit") || startsWith(word, "coord") || startsWith(word, "position") || word == "xyz")
+    std::string word = lowerCase(raw);
+    if (startsWith(word, "unit") || startsWith(word, "coord") || startsWith(word, "position") || word == "xyz" ||
+        (before == "in" && isOneOf(word, kMicrometres)))
       about_units = true;
-    if (unit.empty() && namesForeignUnit(word)) unit = raw;
+    if (unit.empty() && isOneOf(word, kForeignUnits)) unit = raw;
+    if (unit.empty() && isOneOf(word, kMicrometres)) {
+      std::string_view ahead = rest;
+      const std::string next = lowerCase(takeWord(ahead));
+      if (next == "per" || (rest.starts_with('/') && !next.empty())) continue;
+      in_um = true;
+      break;
+    }
+    before = std::move(word);
   }
-  if (about_units) line.foreign_unit = unit;
+  line.in_um = about_units && in_um;
+  if (about_units && !in_um) line.foreign_unit = unit;
   return line;
 }
 

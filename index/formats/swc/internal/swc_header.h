@@ -12,6 +12,7 @@ struct HeaderLine {
   std::optional<Vector3d> scale;   // `# SCALE a b c`, or one number for all axes
   std::optional<Vector3d> offset;  // `# OFFSET x y z`
   std::string_view foreign_unit;   // "pixels" of `# coordinate: pixels`; usually empty
+  bool in_um = false;              // states micrometres: `# unit: um`, `# in micrometers; xyz = voxel * size`
 };
 
 // Requires that `comment` starts at its `#`. Words match in any letter case. O(length).

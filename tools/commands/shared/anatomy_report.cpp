@@ -1,0 +1,139 @@
+#include "tools/commands/shared/anatomy_report.h"
+
+#include "index/count_text.h"
+#include "index/text.h"
+
+#include <algorithm>
+
+namespace filiform::tools {
+namespace {
+
+constexpr std::size_t kMostDoubts = 100, kPlacesInText = 3;
+
+std::string sentence(const Finding& finding) {
+  const std::string places = placesText(finding, kPlacesInText);
+  return escaped(finding.text) + (places.empty() ? "" : " (" + places + ")");
+}
+
+std::string nextLine(FindingKind kind) { return "    next: " + std::string(nextStep(kind)) + "\n"; }
+
+}  // namespace
+
+std::string anatomyText(const InputAnatomy& anatomy) {
+  std::string text;
+  std::uint64_t doubts = 0;
+  for (const CellFindings& cell : anatomy.cells())
+    for (const Finding& finding : cell.findings) {
+      if (!finding.doubt || ++doubts > kMostDoubts) continue;
+      text += "  doubt " + inShort(cell.source) + ": " + std::string(name(finding.kind)) + ": " + sentence(finding) +
+              "\n" + nextLine(finding.kind);
+    }
+  if (doubts > kMostDoubts)
+    text += "  and " + counted(doubts - kMostDoubts, "more doubt") + "; --report FILE.html shows all\n";
+  for (std::size_t i = 0; i < kFindingKinds; ++i) {
+    const auto kind = static_cast<FindingKind>(i);
+    const std::uint64_t cells = anatomy.count(kind, false);
+    if (cells == 0) continue;
+    const auto has_it = [&](const Finding& finding) { return finding.kind == kind && !finding.doubt; };
+    const auto first = std::find_if(anatomy.cells().begin(), anatomy.cells().end(), [&](const CellFindings& cell) {
+      return std::any_of(cell.findings.begin(), cell.findings.end(), has_it);
+    });
+    const auto finding = std::find_if(first->findings.begin(), first->findings.end(), has_it);
+    text += "  note " + std::string(name(kind)) + " " + formatCount(cells) + ": " + std::string(explanation(kind)) +
+            " (first: " + inShort(first->source) + ": " + sentence(*finding) + ")\n" + nextLine(kind);
+  }
+  return text;
+}
+
+nlohmann::ordered_json anatomyCountsJson(const InputAnatomy& anatomy) {
+  nlohmann::ordered_json counts = nlohmann::ordered_json::object();
+  for (std::size_t i = 0; i < kFindingKinds; ++i) {
+    const auto kind = static_cast<FindingKind>(i);
+    const std::uint64_t doubts = anatomy.count(kind, true), notes = anatomy.count(kind, false);
+    if (doubts + notes > 0) counts[std::string(name(kind))] = {{"doubts", doubts}, {"notes", notes}};
+  }
+  return counts;
+}
+
+nlohmann::ordered_json findingJson(const Finding& finding) {
+  nlohmann::ordered_json places = nlohmann::ordered_json::array();
+  for (const FindingPlace& place : finding.places) {
+    nlohmann::ordered_json one = {{"line", place.line}, {"sample", place.sample}};
+    if (place.value_um > 0) one["um"] = place.value_um;
+    places.push_back(std::move(one));
+  }
+  return {{"finding", std::string(name(finding.kind))},
+          {"class", finding.doubt ? "doubt" : "note"},
+          {"count", finding.count},
+          {"text", finding.text},
+          {"places", std::move(places)},
+          {"next", std::string(nextStep(finding.kind))}};
+}
+
+FindingsBySource::FindingsBySource(const std::vector<CellFindings>& cells) {
+  for (const CellFindings& cell : cells) by_source_.push_back(&cell);
+  std::stable_sort(by_source_.begin(), by_source_.end(),
+                   [](const CellFindings* a, const CellFindings* b) { return a->source < b->source; });
+}
+
+std::vector<const CellFindings*> FindingsBySource::of(std::string_view file) const {
+  std::vector<const CellFindings*> found;
+  const std::string below = std::string(file) + "/";
+  const auto from = [this](std::string_view source) {
+    return std::lower_bound(by_source_.begin(), by_source_.end(), source,
+                            [](const CellFindings* cell, std::string_view s) { return cell->source < s; });
+  };
+  for (auto at = from(file); at != by_source_.end() && (*at)->source == file; ++at) found.push_back(*at);
+  for (auto at = from(below); at != by_source_.end() && (*at)->source.starts_with(below); ++at) found.push_back(*at);
+  return found;
+}
+
+const CellFindings* FindingsBySource::exactly(std::string_view source) const {
+  const auto at = std::lower_bound(by_source_.begin(), by_source_.end(), source,
+                                   [](const CellFindings* cell, std::string_view s) { return cell->source < s; });
+  return at != by_source_.end() && (*at)->source == source ? *at : nullptr;
+}
+
+namespace {
+
+std::string doubtsOf(const CellFindings& cell) {
+  std::string names;
+  for (const Finding& finding : cell.findings)
+    if (finding.doubt) names += (names.empty() ? "" : ", ") + std::string(name(finding.kind));
+  return names;
+}
+
+void refuseFor(InputReport& report, const std::string& doubts) {
+  report.severity = Severity::kRefuse;
+  report.doubts = doubts;
+  report.samples = report.segments = report.isolated = report.roots = 0;
+}
+
+}  // namespace
+
+void refuseDoubtful(std::vector<SourceReport>& reports, const FindingsBySource& findings) {
+  for (SourceReport& row : reports) {
+    std::string doubts;
+    for (const CellFindings* cell : findings.of(row.file))
+      if (doubts.empty()) doubts = doubtsOf(*cell);
+    if (doubts.empty()) continue;
+    if (!row.archive) {
+      refuseFor(row.report, doubts);
+      continue;
+    }
+    row.report.severity = Severity::kRefuse;
+    row.report.doubts = doubts;
+    for (EntryReport& entry : row.entries) {
+      const CellFindings* const cell = findings.exactly(row.file + "/" + entry.entry);
+      if (entry.dropped || cell == nullptr || !cell->anyDoubt()) continue;
+      row.report.samples -= entry.report.samples;
+      row.report.segments -= entry.report.segments;
+      row.report.isolated -= entry.report.isolated;
+      row.report.roots -= entry.report.roots;
+      entry.dropped = true;
+      refuseFor(entry.report, doubtsOf(*cell));
+    }
+  }
+}
+
+}  // namespace filiform::tools
