@@ -41,7 +41,7 @@ Cell cellFrom(const std::string& swc) {
 CellPaths pathsWithTypes(const Cell& cell) { return CellPaths(readCell(*storeOf({cell}, 7), 0, true)); }
 
 // "section:pos" of each sample, in the order of the file.
-std::string placesText(const std::string& swc) {
+std::string sectionPlaces(const std::string& swc) {
   const CellPaths cell = pathsWithTypes(cellFrom(swc));
   const CellSections sections(cell);
   std::ostringstream out;
@@ -54,35 +54,35 @@ std::string placesText(const std::string& swc) {
 }
 
 TEST(CellSections, AreNumberedByTypeAndThenInTheOrderOfTheFile) {
-  EXPECT_EQ(placesText("1 1 0 0 0 5 -1 2 3 0 6 0 1 1 3 3 0 16 0 1 2 4 3 5 16 0 1 3 5 3 -5 16 0 1 3 6 3 -15 16 0 1 5 "
-                       "7 2 0 -6 0 1 1 8 2 0 -26 0 1 7 9 4 6 0 0 1 1 10 4 10 0 0 1 9"),
+  EXPECT_EQ(sectionPlaces("1 1 0 0 0 5 -1 2 3 0 6 0 1 1 3 3 0 16 0 1 2 4 3 5 16 0 1 3 5 3 -5 16 0 1 3 6 3 -15 16 0 1 5 "
+                          "7 2 0 -6 0 1 1 8 2 0 -26 0 1 7 9 4 6 0 0 1 1 10 4 10 0 0 1 9"),
             "0:0.5 2:0 2:1 3:1 4:0.333333 4:1 1:0 1:1 5:0 5:1");
-  EXPECT_EQ(placesText("1 1 0 0 0 5 -1 2 3 0 6 0 1 1 3 3 0 16 0 1 2 4 4 0 26 0 1 3 5 4 0 31 0 1 4 6 2 9 0 0 1 1"),
+  EXPECT_EQ(sectionPlaces("1 1 0 0 0 5 -1 2 3 0 6 0 1 1 3 3 0 16 0 1 2 4 4 0 26 0 1 3 5 4 0 31 0 1 4 6 2 9 0 0 1 1"),
             "0:0.5 2:0 2:1 3:0.666667 3:1 1:1")
       << "a section ends where the type changes";
 }
 
 TEST(CellSections, ASomaIsABallAContourOrForked) {
-  EXPECT_EQ(placesText("1 1 0 0 0 5 -1 2 1 0 -5 0 5 1 3 1 0 5 0 5 1 4 3 0 6 0 1 1 5 3 0 10 0 1 4 6 2 0 -8 0 1 1 "
-                       "7 2 0 -12 0 1 6"),
+  EXPECT_EQ(sectionPlaces("1 1 0 0 0 5 -1 2 1 0 -5 0 5 1 3 1 0 5 0 5 1 4 3 0 6 0 1 1 5 3 0 10 0 1 4 6 2 0 -8 0 1 1 "
+                          "7 2 0 -12 0 1 6"),
             "0:0.5 0:0.5 0:0.5 2:0 2:1 1:0 1:1")
       << "three samples of NeuroMorpho.Org are a sphere";
-  EXPECT_EQ(placesText("1 1 0 0 0 5 -1 2 1 4 0 0 5 1 3 1 8 0 0 5 2 4 1 12 0 0 5 3 5 3 4 10 0 1 2 6 3 4 20 0 1 5 "
-                       "7 3 12 6 0 1 4 8 3 12 8 0 1 7 9 2 0 -5 0 1 1 10 2 0 -10 0 1 9"),
+  EXPECT_EQ(sectionPlaces("1 1 0 0 0 5 -1 2 1 4 0 0 5 1 3 1 8 0 0 5 2 4 1 12 0 0 5 3 5 3 4 10 0 1 2 6 3 4 20 0 1 5 "
+                          "7 3 12 6 0 1 4 8 3 12 8 0 1 7 9 2 0 -5 0 1 1 10 2 0 -10 0 1 9"),
             "0:0 0:0.333333 0:0.666667 0:1 2:0 2:1 3:0.75 3:1 1:0.5 1:1");
-  EXPECT_EQ(placesText("1 1 0 0 0 5 -1 2 1 5 0 0 5 1 3 1 9 0 0 5 2 4 1 5 4 0 5 2 5 3 5 -9 0 1 2 6 3 5 -19 0 1 5 "
-                       "7 3 9 5 0 1 3 8 3 9 9 0 1 7"),
+  EXPECT_EQ(sectionPlaces("1 1 0 0 0 5 -1 2 1 5 0 0 5 1 3 1 9 0 0 5 2 4 1 5 4 0 5 2 5 3 5 -9 0 1 2 6 3 5 -19 0 1 5 "
+                          "7 3 9 5 0 1 3 8 3 9 9 0 1 7"),
             "0:0 0:1 1:1 2:1 3:0 3:1 4:0.555556 4:1");
 }
 
 TEST(CellSections, BranchesAtABeginningAndSectionsWithoutLengthAreAsInNeuron) {
-  EXPECT_EQ(placesText("1 3 0 0 0 1 -1 2 3 10 0 0 1 1 3 3 20 0 0 1 2 4 3 0 10 0 1 1 5 3 0 30 0 1 4"),
+  EXPECT_EQ(sectionPlaces("1 3 0 0 0 1 -1 2 3 10 0 0 1 1 3 3 20 0 0 1 2 4 3 0 10 0 1 1 5 3 0 30 0 1 4"),
             "0:0 0:0.5 0:1 1:0.333333 1:1");
-  EXPECT_EQ(placesText("1 1 0 0 0 5 -1 2 3 0 6 0 1 1 3 3 0 16 0 1 2 4 3 3 6 0 1 1 5 3 3 10 0 1 4 6 3 9 6 0 1 4 "
-                       "7 3 12 6 0 1 6"),
+  EXPECT_EQ(sectionPlaces("1 1 0 0 0 5 -1 2 3 0 6 0 1 1 3 3 0 16 0 1 2 4 3 3 6 0 1 1 5 3 3 10 0 1 4 6 3 9 6 0 1 4 "
+                          "7 3 12 6 0 1 6"),
             "0:0.5 1:0 1:1 2:0 2:1 3:0.666667 3:1");
-  EXPECT_EQ(placesText("1 1 0 0 0 5 -1 2 3 0 6 0 1 1 3 3 0 10 0 1 2 4 3 0 10 0 1 3 5 3 5 10 0 1 4 6 3 -5 10 0 1 4 "
-                       "7 3 1 10 0 1 3 8 3 9 10 0 1 7"),
+  EXPECT_EQ(sectionPlaces("1 1 0 0 0 5 -1 2 3 0 6 0 1 1 3 3 0 10 0 1 2 4 3 0 10 0 1 3 5 3 5 10 0 1 4 6 3 -5 10 0 1 4 "
+                          "7 3 1 10 0 1 3 8 3 9 10 0 1 7"),
             "0:0.5 1:0 1:1 1:1 2:1 3:1 4:0.111111 4:1")
       << "sample 4 is left out: it lies where its parent's section ends";
 }
