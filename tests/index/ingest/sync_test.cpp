@@ -182,6 +182,21 @@ TEST_F(Sync, NamesAreThoseOfOneIngest) {
   expectAsOneIngest();
 }
 
+TEST_F(Sync, TheCellsOfAFileAreReplacedTogether) {
+  for (int i = 0; i < 5; ++i) write("c" + std::to_string(i) + ".swc", 100, 10 * i);
+  const std::string one = "1 1 0 0 90 2 -1\n2 3 9 0 90 1 1\n", other = "3 1 500 0 90 2 -1\n4 3 509 0 90 1 3\n";
+  writeBytes(lab_ + "/two.swc", one + other);
+  make(set_);
+  EXPECT_EQ(names(), (std::vector<std::string>{"c0", "c1", "c2", "c3", "c4", "two/1", "two/2"}));
+  EXPECT_EQ(sync(false).counts.equal, 7u);
+  writeBytes(lab_ + "/two.swc", one);
+  const SyncResult result = sync(false);
+  EXPECT_EQ(result.counts.changed, 1u);
+  EXPECT_EQ(result.counts.removed, 1u) << "the file has it no longer, although nothing is gone from the folder";
+  EXPECT_EQ(names(), (std::vector<std::string>{"c0", "c1", "c2", "c3", "c4", "two"}));
+  expectAsOneIngest();
+}
+
 TEST_F(Sync, TheSameBytesInAnotherUnitAreAChange) {
   for (int i = 0; i < 3; ++i) write("c" + std::to_string(i) + ".swc", 30, 10 * i);
   make(set_);
