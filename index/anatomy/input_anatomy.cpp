@@ -76,11 +76,11 @@ bool CellFindings::anyDoubt() const {
 
 const std::vector<Finding>& InputAnatomy::add(const Cell& cell) {
   const std::vector<Finding>& findings = check_.of(cell);
-  measures_.push_back({cell.source, contentOf(cell), static_cast<float>(check_.median_um()),
+  measures_.push_back({cell.source, cell.name, contentOf(cell), static_cast<float>(check_.median_um()),
                        static_cast<float>(check_.extent_um()), false});
   for (const Finding& finding : findings) measures_.back().flat |= finding.kind == FindingKind::kFlatZ;
   if (!findings.empty()) {
-    cells_.push_back({cell.source, findings});
+    cells_.push_back({cell.source, cell.name, findings});
     measure_of_.push_back(static_cast<std::uint32_t>(measures_.size() - 1));
   }
   return findings;
@@ -91,6 +91,7 @@ std::vector<std::uint8_t> InputAnatomy::encode() const {
   std::size_t at = 0;
   for (std::size_t i = 0; i < measures_.size(); ++i) {
     out.sizedText(measures_[i].source);
+    out.sizedText(measures_[i].name);
     out.u64(measures_[i].content);
     out.f32(measures_[i].step_um);
     out.f32(measures_[i].extent_um);
@@ -109,11 +110,12 @@ void InputAnatomy::take(std::span<const std::uint8_t> bytes) {
   while (in.left() > 0) {
     Measure measure;
     measure.source = in.sizedText();
+    measure.name = in.sizedText();
     measure.content = in.u64();
     measure.step_um = in.f32();
     measure.extent_um = in.f32();
     measure.flat = in.u8() != 0;
-    CellFindings cell{measure.source, {}};
+    CellFindings cell{measure.source, measure.name, {}};
     for (std::uint64_t n = in.varint(); n > 0; --n) cell.findings.push_back(decodeFinding(in));
     measures_.push_back(std::move(measure));
     if (cell.findings.empty()) continue;
@@ -215,7 +217,7 @@ void InputAnatomy::finish() {
     if (next < cells_.size() && measure_of_[next] == measure) {
       merged.push_back(std::move(cells_[next++]));
     } else {
-      merged.push_back({measures_[measure].source, {}});
+      merged.push_back({measures_[measure].source, measures_[measure].name, {}});
     }
   };
   for (std::size_t i = 0; i < compared_.size(); ++i) {

@@ -20,9 +20,10 @@
 namespace filiform {
 
 struct CellFindings {
-  std::string source;  // as in Cell
+  std::string source, name;  // as in Cell; a name tells the cells of one source apart
   std::vector<Finding> findings;
 
+  std::string shown() const { return name.empty() ? source : source + " (cell " + name + ")"; }
   bool anyDoubt() const;
 };
 
@@ -54,7 +55,7 @@ class InputAnatomy {
 
  private:
   struct Measure {
-    std::string source;
+    std::string source, name;
     std::uint64_t content = 0;  // digest of samples and links; 0: fewer than two samples
     float step_um = 0, extent_um = 0;
     bool flat = false;  // has kFlatZ

@@ -110,6 +110,10 @@ Cell CellParts::take(const Cell& whole, std::size_t part) const {
     cell.positions_um.push_back(whole.positions_um[rank]);
     cell.radii_um.push_back(whole.radii_um[rank]);
     cell.types.push_back(whole.types[rank]);
+    if (const std::uint64_t line = whole.line(rank);
+        line > 0 &&
+        (cell.line_runs.empty() || line - cell.line_runs.back().line != places_[rank] - cell.line_runs.back().rank))
+      cell.line_runs.push_back({places_[rank], line});
     if (!whole.isGraph())
       cell.parents.push_back(whole.parents[rank] == kNoParent ? kNoParent : places_[whole.parents[rank]]);
   }

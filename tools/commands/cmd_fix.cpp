@@ -41,7 +41,8 @@ constexpr const char* kChanges = "changes.tsv";
 struct FixArguments {
   std::vector<std::string> inputs;
   std::string out, unit = "um", report, gap, unknown_radius = "0";
-  bool apply_offset = false, no_soma_links = false, drop_long_links = false, soma_links = false, force = false;
+  bool apply_offset = false, no_soma_links = false, drop_long_links = false, soma_links = false, force = false,
+       one_cell_a_file = false;
   std::shared_ptr<ReadingArguments> reading;
 };
 
@@ -132,6 +133,7 @@ int runFix(const FixArguments& a) {
   options.swc.apply_offset = a.apply_offset;
   options.swc.soma_links = !a.no_soma_links;
   options.threads = std::max(1u, std::thread::hardware_concurrency());
+  options.one_cell_a_file = a.one_cell_a_file;
   readUnit(a.unit, options.swc);
   a.reading->apply(options);
   Progress progress({.title = "fix", .noun = "", .unit = ProgressUnit::bytes});
@@ -227,6 +229,7 @@ void addFix(CLI::App& app, Chosen& chosen) {
   command->add_flag("--apply-offset", a->apply_offset, "add the '# OFFSET' of each header to its positions");
   command->add_flag("--no-soma-links", a->no_soma_links,
                     "leave out the links from somata to neurites that ASC and H5 files do not state");
+  command->add_flag("--one-cell-a-file", a->one_cell_a_file, "keep a file that holds several cells as one cell");
   a->reading = addReadingArguments(*command);
   command->add_option("--report", a->report, "write the changes to this file instead of changes.tsv in the folder")
       ->type_name("FILE");

@@ -25,7 +25,7 @@ std::string anatomyText(const InputAnatomy& anatomy) {
   for (const CellFindings& cell : anatomy.cells())
     for (const Finding& finding : cell.findings) {
       if (!finding.doubt || ++doubts > kMostDoubts) continue;
-      text += "  doubt " + inShort(cell.source) + ": " + std::string(name(finding.kind)) + ": " + sentence(finding) +
+      text += "  doubt " + inShort(cell.shown()) + ": " + std::string(name(finding.kind)) + ": " + sentence(finding) +
               "\n" + nextLine(finding.kind);
     }
   if (doubts > kMostDoubts)
@@ -40,7 +40,7 @@ std::string anatomyText(const InputAnatomy& anatomy) {
     });
     const auto finding = std::find_if(first->findings.begin(), first->findings.end(), has_it);
     text += "  note " + std::string(name(kind)) + " " + formatCount(cells) + ": " + std::string(explanation(kind)) +
-            " (first: " + inShort(first->source) + ": " + sentence(*finding) + ")\n" + nextLine(kind);
+            " (first: " + inShort(first->shown()) + ": " + sentence(*finding) + ")\n" + nextLine(kind);
   }
   return text;
 }
@@ -76,30 +76,35 @@ FindingsBySource::FindingsBySource(const std::vector<CellFindings>& cells) {
                    [](const CellFindings* a, const CellFindings* b) { return a->source < b->source; });
 }
 
-std::vector<const CellFindings*> FindingsBySource::of(std::string_view file) const {
-  std::vector<const CellFindings*> found;
-  const std::string below = std::string(file) + "/";
-  const auto from = [this](std::string_view source) {
-    return std::lower_bound(by_source_.begin(), by_source_.end(), source,
-                            [](const CellFindings* cell, std::string_view s) { return cell->source < s; });
-  };
-  for (auto at = from(file); at != by_source_.end() && (*at)->source == file; ++at) found.push_back(*at);
-  for (auto at = from(below); at != by_source_.end() && (*at)->source.starts_with(below); ++at) found.push_back(*at);
-  return found;
+std::span<const CellFindings* const> FindingsBySource::exactly(std::string_view source) const {
+  const auto begin = std::lower_bound(by_source_.begin(), by_source_.end(), source,
+                                      [](const CellFindings* cell, std::string_view s) { return cell->source < s; });
+  auto end = begin;
+  while (end != by_source_.end() && (*end)->source == source) ++end;
+  return {begin, end};
 }
 
-const CellFindings* FindingsBySource::exactly(std::string_view source) const {
-  const auto at = std::lower_bound(by_source_.begin(), by_source_.end(), source,
-                                   [](const CellFindings* cell, std::string_view s) { return cell->source < s; });
-  return at != by_source_.end() && (*at)->source == source ? *at : nullptr;
+std::vector<const CellFindings*> FindingsBySource::of(std::string_view file) const {
+  const std::span<const CellFindings* const> own = exactly(file);
+  std::vector<const CellFindings*> found(own.begin(), own.end());
+  const std::string below = std::string(file) + "/";
+  for (auto at = std::lower_bound(by_source_.begin(), by_source_.end(), below,
+                                  [](const CellFindings*cell, const std::string&s) { return cell->source < s; });
+       at != by_source_.end() && (*at)->source.starts_with(below); ++at)
+    found.push_back(*at);
+  return found;
 }
 
 namespace {
 
-std::string doubtsOf(const CellFindings& cell) {
+// The names of the doubts about the first cell that has any; empty if none has.
+std::string firstDoubts(std::span<const CellFindings* const> cells) {
   std::string names;
-  for (const Finding& finding : cell.findings)
-    if (finding.doubt) names += (names.empty() ? "" : ", ") + std::string(name(finding.kind));
+  for (const CellFindings* cell : cells) {
+    for (const Finding& finding : cell->findings)
+      if (finding.doubt) names += (names.empty() ? "" : ", ") + std::string(name(finding.kind));
+    if (!names.empty()) break;
+  }
   return names;
 }
 
@@ -113,9 +118,7 @@ void refuseFor(InputReport& report, const std::string& doubts) {
 
 void refuseDoubtful(std::vector<SourceReport>& reports, const FindingsBySource& findings) {
   for (SourceReport& row : reports) {
-    std::string doubts;
-    for (const CellFindings* cell : findings.of(row.file))
-      if (doubts.empty()) doubts = doubtsOf(*cell);
+    const std::string doubts = firstDoubts(findings.of(row.file));
     if (doubts.empty()) continue;
     if (!row.archive) {
       refuseFor(row.report, doubts);
@@ -124,14 +127,14 @@ void refuseDoubtful(std::vector<SourceReport>& reports, const FindingsBySource& 
     row.report.severity = Severity::kRefuse;
     row.report.doubts = doubts;
     for (EntryReport& entry : row.entries) {
-      const CellFindings* const cell = findings.exactly(row.file + "/" + entry.entry);
-      if (entry.dropped || cell == nullptr || !cell->anyDoubt()) continue;
+      const std::string its = firstDoubts(findings.exactly(row.file + "/" + entry.entry));
+      if (entry.dropped || its.empty()) continue;
       row.report.samples -= entry.report.samples;
       row.report.segments -= entry.report.segments;
       row.report.isolated -= entry.report.isolated;
       row.report.roots -= entry.report.roots;
       entry.dropped = true;
-      refuseFor(entry.report, doubtsOf(*cell));
+      refuseFor(entry.report, its);
     }
   }
 }

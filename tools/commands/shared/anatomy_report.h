@@ -29,8 +29,8 @@ class FindingsBySource {
   // The cells that were read from a row of the reports: from the file itself, its entries, or parts of it. O(log cells
   // + those).
   std::vector<const CellFindings*> of(std::string_view file) const;
-  // The cell of exactly this source; null if there are no findings about it.
-  const CellFindings* exactly(std::string_view source) const;
+  // The cells of exactly this source: a file may hold several. O(log cells + those).
+  std::span<const CellFindings* const> exactly(std::string_view source) const;
 
  private:
   std::vector<const CellFindings*> by_source_;

@@ -4,6 +4,7 @@
 #include "index/count_text.h"
 #include "index/input/input_outcome.h"
 #include "index/text.h"
+#include "tools/commands/shared/anatomy_report.h"
 
 #include <algorithm>
 #include <array>
@@ -109,15 +110,15 @@ struct PageRow {
   std::string name;
   InputReport const* report = nullptr;
   InputOutcome outcome;
-  const CellFindings* findings = nullptr;
+  std::vector<const CellFindings*> findings;  // of its cells
   std::size_t worth = 0;
 };
 
 // Refused and skipped inputs, then doubts, warnings, notes.
 std::size_t worthOf(const PageRow& row) {
   std::size_t doubts = 0, notes = 0;
-  if (row.findings != nullptr)
-    for (const Finding& finding : row.findings->findings) ++(finding.doubt ? doubts : notes);
+  for (const CellFindings* cell : row.findings)
+    for (const Finding& finding : cell->findings) ++(finding.doubt ? doubts : notes);
   const std::size_t base = row.outcome.fate == InputFate::kRefused   ? 4
                            : row.outcome.fate == InputFate::kSkipped ? 3
                            : doubts > 0                              ? 2
@@ -140,10 +141,11 @@ void writeRow(std::ostream& out, const PageRow& row, const std::string& picture)
       for (const auto& [code, count] : row.report->codes.all())
         out << "<li>" << name(code) << " " << formatCount(count) << ": " << html(explanation(code));
   }
-  if (row.findings != nullptr)
-    for (const Finding& finding : row.findings->findings) {
+  for (const CellFindings* cell : row.findings)
+    for (const Finding& finding : cell->findings) {
       const std::string places = placesText(finding, 10);
-      out << "<li" << (finding.doubt ? " class=doubt>doubt " : ">note ") << name(finding.kind) << ": "
+      out << "<li" << (finding.doubt ? " class=doubt>doubt " : ">note ")
+          << (cell->name.empty() ? "" : html(escaped(cell->name)) + ": ") << name(finding.kind) << ": "
           << html(escaped(finding.text)) << (places.empty() ? "" : " (" + places + ")")
           << "<br><span class=next>next: " << html(nextStep(finding.kind)) << "</span>";
     }
@@ -193,19 +195,16 @@ const std::string& CellPictures::of(const std::string& source) const {
 
 void writeCheckPage(std::ostream& out, const std::string& summary, const std::vector<SourceReport>& reports,
                     const InputAnatomy& anatomy, const CellPictures& pictures) {
-  std::unordered_map<std::string_view, const CellFindings*> findings;
-  for (const CellFindings& cell : anatomy.cells()) findings.try_emplace(cell.source, &cell);
+  const FindingsBySource findings(anatomy.cells());
+  std::unordered_set<const CellFindings*> shown;
   std::vector<PageRow> rows;
   forEachInput(reports, [&](const std::string& input, const InputReport& report, const InputOutcome& outcome) {
-    PageRow row{input, &report, outcome};
-    if (const auto at = findings.find(input); at != findings.end()) {
-      row.findings = at->second;
-      findings.erase(at);
-    }
-    rows.push_back(std::move(row));
+    const auto of_input = findings.exactly(input);
+    rows.push_back({input, &report, outcome, {of_input.begin(), of_input.end()}});
+    shown.insert(of_input.begin(), of_input.end());
   });
-  for (const CellFindings& cell : anatomy.cells())  // of parts of inputs
-    if (findings.contains(cell.source)) rows.push_back({cell.source, nullptr, {}, &cell});
+  for (const CellFindings& cell : anatomy.cells())  // of inputs that the reports name otherwise
+    if (!shown.contains(&cell)) rows.push_back({cell.source, nullptr, {}, {&cell}});
   for (PageRow& row : rows) row.worth = worthOf(row);
   std::stable_sort(rows.begin(), rows.end(), [](const PageRow& a, const PageRow& b) { return a.worth > b.worth; });
 

@@ -81,7 +81,7 @@ void writeSourceJson(std::ostream& out, const SourceReport& source, std::size_t 
       row.beginElement();
       Json said = Json::array();
       for (const Finding& finding : cell->findings) said.push_back(findingJson(finding));
-      out << indentedJson({{"cell", cell->source}, {"findings", std::move(said)}}, level + 2);
+      out << indentedJson({{"cell", cell->shown()}, {"findings", std::move(said)}}, level + 2);
     }
     row.endList();
   }
