@@ -14,7 +14,7 @@ void writeCleanSwc(std::ostream& out, const Cell& cell) {
   std::string line;
   std::array<char, 64> text;
   const auto put = [&](const char* end) {
-    line.append(text.data(), end);
+    line.append(text.data(), static_cast<std::size_t>(end - text.data()));
     line += ' ';
   };
   const auto number = [&](auto value) { put(std::to_chars(text.data(), text.data() + text.size(), value).ptr); };
