@@ -225,7 +225,7 @@ bool SwcReader::State::place(Vector3d& position) const {
 
 void SwcReader::State::anyLine(std::string_view text, std::uint64_t line) {
   if (candidates == 1 && internal::CatmaidColumns::of(text).isCatmaid()) {
-    refuseWhole(InputCode::E_FORMAT, line, "the columns are those of CATMAID's skeletons; name the file .csv");
+    refuseWhole(InputCode::E_FORMAT, line, "CATMAID's columns; name the file .csv");
     return;
   }
   const internal::SwcFields fields = internal::splitFields(text);

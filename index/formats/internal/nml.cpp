@@ -91,7 +91,7 @@ class TreeReader {
   bool readScale(const pugi::xml_node& scale) {
     if (!scale) {
       if (options_.isMicrometres()) {
-        graph_.refuse(InputCode::E_FORMAT, 0, "NML without a scale; state the size of a voxel with --unit");
+        graph_.refuse(InputCode::E_FORMAT, 0, "no scale; give the voxel size by --unit");
         return false;
       }
       scale_um_ = options_.toMicrometres(Vector3d::Ones());

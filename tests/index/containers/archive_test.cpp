@@ -90,7 +90,7 @@ TEST(Archive, DroppedLinesNameTheirEntry) {
 
 TEST(Archive, ARefusedEntryIsDroppedAsAWhole) {
   EXPECT_EQ(archiveRow({kGood, swcMember("page.swc", "<html>\n")}), "warn 2 1 page.swc E_NO_SAMPLES:1,W_SHORT_LINE:1");
-  EXPECT_EQ(archiveRow({swcMember("page.swc", "")}), "refuse 0 0 page.swc E_NO_SAMPLES:1");
+  EXPECT_EQ(archiveRow({swcMember("page.swc", "")}), "refuse 0 0 page.swc E_NO_SAMPLES:1,E_ZIP_NO_SWC:1");
 }
 
 TEST(Archive, NamesThatClimbOutAreSkipped) {

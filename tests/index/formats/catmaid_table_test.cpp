@@ -61,7 +61,8 @@ TEST(CatmaidTable, TakesOtherOrdersQuotesSeparatorsAndRoots) {
         "skeleton_id;treenode_id;parent_treenode_id;x;y;z;r\n7;1;-1;1;2;3;1\n7;2;1;1;2;4;1\n",
         "\xEF\xBB\xBFSkeleton_ID\tTreenode_ID\tParent_Treenode_ID\tX\tY\tZ\n7\t1\tNULL\t1\t2\t3\n7\t2\t1\t1\t2\t4\n"}) {
     const TableReading reading = readTable(text);
-    EXPECT_EQ(reading.table, "a.csv\taccept\t2\t1\t-\t-\n") << text;
+    const bool marked = text.starts_with("\xEF\xBB\xBF");
+    EXPECT_EQ(reading.table, marked ? "a.csv\twarn\t2\t1\t-\tW_BOM:1\n" : "a.csv\taccept\t2\t1\t-\t-\n") << text;
     ASSERT_EQ(reading.cells.size(), 1u);
     EXPECT_EQ(reading.cells[0].source, "a.csv/7");
     EXPECT_TRUE(reading.cells[0].positions_um[1].isApprox(Vector3d(0.001, 0.002, 0.004))) << text;
@@ -97,8 +98,7 @@ TEST(CatmaidTable, IsNeverReadAsSwc) {
   test::writeBytes(folder.file("a.swc"), kColumnNames + "7, 1, null, 10, 20, 30, 2000\n8, 2, 1, 20, 20, 30, 0\n");
   const TableReading reading = readInput(folder.file("a.swc"));
   EXPECT_EQ(reading.table, "a.swc\trefuse\t0\t0\t-\tE_FORMAT:1\n");
-  EXPECT_EQ(refusalReason(reading.reports[0].report),
-            "line 1: the columns are those of CATMAID's skeletons; name the file .csv");
+  EXPECT_EQ(refusalReason(reading.reports[0].report), "line 1: CATMAID's columns; name the file .csv");
 }
 
 TEST(CatmaidTable, SwcWithCommasIsReadUnderItsEnding) {

@@ -282,7 +282,7 @@ TEST(NeuroglancerSkeleton, RadiusHasTheUnitOfTheStoredPositions) {
                                                    "info")};
     const std::string bytes =
         skeleton({{0, 0, 0}, {1, 1, 1}}, {{0, 1}}) + littleEndian(bitsOf(10), 4) + littleEndian(bitsOf(10), 4);
-    return readAs(GraphFormat::kNeuroglancerSkeleton, bytes, options).cell.radii_um.at(1);
+    return readAs(GraphFormat::kNeuroglancerSkeleton, bytes, options).cell.radii_um.at(0);
   };
   EXPECT_EQ(radius("[8,0,0,0, 0,8,0,0, 0,0,8,0]"), 0.08f);
   EXPECT_EQ(radius("[0,8,0,1, -8,0,0,2, 0,0,8,3]"), 0.08f) << "turned";

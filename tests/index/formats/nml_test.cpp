@@ -105,7 +105,7 @@ TEST(Nml, TheScaleHasAUnitAndMustBeThere) {
   };
   EXPECT_TRUE(place("<parameters><scale x=\"1\" y=\"1\" z=\"1\" unit=\"micrometer\"/></parameters>")
                   .isApprox(Vector3d(100, 200, 30)));
-  EXPECT_EQ(readNmlText(fileText(tree, "")).reason, "NML without a scale; state the size of a voxel with --unit");
+  EXPECT_EQ(readNmlText(fileText(tree, "")).reason, "no scale; give the voxel size by --unit");
   EXPECT_EQ(readNmlText(fileText(tree, "<parameters><scale x=\"1\" y=\"0\" z=\"1\"/></parameters>")).reason,
             "NML whose scale is no size of a voxel");
   InputOptions options;

@@ -241,7 +241,7 @@ TEST(SwcReader, CommasAndSemicolonsSeparate) {
 }
 
 TEST(SwcReader, WithoutASampleNothingIsSaidOfSeparators) {
-  EXPECT_EQ(row("a,b,c,d,e,f,g\n1,2,3,4,x,6,7\n"), "refuse 0 0 - E_NO_SAMPLES:1,W_BAD_LINE:2");
+  EXPECT_EQ(row("a,b,c,d,e,f,g\n1,2,3,4,x,6,7\n"), "refuse 0 0 1,2 E_NO_SAMPLES:1,W_BAD_LINE:2");
 }
 
 TEST(SwcReader, ABadTypeHidesNoFloatId) {

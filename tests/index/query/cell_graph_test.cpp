@@ -87,7 +87,7 @@ TEST(CellGraph, ExportedTextEqualsTheInputUpToTheGrid) {
         const Vector3d p_W(std::strtod(rows[i].x.c_str(), nullptr), std::strtod(rows[i].y.c_str(), nullptr),
                            std::strtod(rows[i].z.c_str(), nullptr));
         ASSERT_EQ(store->grid().snap(p_W), store->grid().snap(cell.positions_um[i]));
-        ASSERT_TRUE(sameFloat(std::strtof(rows[i].radius.c_str(), nullptr), cell.radii_um[i]));
+        ASSERT_EQ(std::strtof(rows[i].radius.c_str(), nullptr), std::isnan(cell.radii_um[i]) ? 0 : cell.radii_um[i]);
         ASSERT_EQ(rows[i].type, cell.types[i]);
         ASSERT_EQ(rows[i].parent, cell.parents[i] == kNoParent ? -1 : rows[cell.parents[i]].id);
         ASSERT_TRUE(ids.insert(rows[i].id).second);
