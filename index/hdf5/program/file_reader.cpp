@@ -337,14 +337,16 @@ FileReader::FileReader(const std::string& path) : file_(-1) {
   if (error) throw Failure(error.message());
   budget_.bytes = std::min(bytes, UINT64_MAX / kMostPacked - 1) * kMostPacked + kUnpackedSlack;
   const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
-  if (path.starts_with("/proc/")) {  // a file without a name; H5Fopen would look for the name that it had
+  std::string name = path;
+  if (path.starts_with("/proc/")) {  // a file without a name; H5Fopen would look for the one that it had
     std::string image(bytes, '\0');
     std::ifstream in(path, std::ios::binary);
     if (!in.read(image.data(), static_cast<std::streamsize>(bytes))) throw Failure("cannot be read");
     H5Pset_fapl_core(access, std::size_t{1} << 20, 0);
     H5Pset_file_image(access, image.data(), image.size());
+    name += "/image";  // an image must have a name that no file has
   }
-  file_ = H5Fopen(path.c_str(), H5F_ACC_RDONLY, access);
+  file_ = H5Fopen(name.c_str(), H5F_ACC_RDONLY, access);
   if (file_ < 0) throw Failure("not an HDF5 file, or a damaged one");
 }
 
