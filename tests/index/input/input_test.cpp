@@ -38,7 +38,7 @@ std::string tableOf(const Input& input) {
 TEST(Input, AFileOfSeveralCellsGivesEachOfThem) {
   const test::TempFolder folder;
   test::writeBytes(folder / "two.swc",
-             "1 1 0 0 0 5 -1\n2 3 6 0 0 1 1\n3 1 60 0 0 5 -1\n4 3 66 0 0 1 3\n5 3 30 0 0 1 -1\n6 3 31 0 0 1 5\n");
+                   "1 1 0 0 0 5 -1\n2 3 6 0 0 1 1\n3 1 60 0 0 5 -1\n4 3 66 0 0 1 3\n5 3 30 0 0 1 -1\n6 3 31 0 0 1 5\n");
   test::writeBytes(folder / "one.swc", kTwo);
   Input input({folder.path()});
   for (int pass = 0; pass < 2; ++pass) {

@@ -148,7 +148,7 @@ TEST_F(PathCommand, OfSeveralSomataTheConnectedOneCounts) {
   test::writeBytes(folder_ / "two.swc",
                    "1 1 0 0 0 1 -1\n2 3 1 0 0 1 1\n3 1 0 50 0 1 -1\n4 3 2 50 0 1 3\n5 3 6 50 0 1 4\n");
   const std::string set = folder_ / "two.fil";
-  ASSERT_EQ(runFiliform({"ingest", folder_ / "two.swc", "-o", set}).exit_code, 0);
+  ASSERT_EQ(runFiliform({"ingest", folder_ / "two.swc", "-o", set, "--one-cell-a-file"}).exit_code, 0);
   const Outcome outcome = runFiliform({"path", set, "two:soma", "two:5", "--json"});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_EQ(nlohmann::json::parse(outcome.out).at("length_um"), 6);
