@@ -280,14 +280,14 @@ TEST(Records, ComeOutAsTheyAlwaysDid) {
   const std::vector<std::string> inputs{folder / "mixed.swc", folder / "bad.swc", folder / "arc.zip"};
   std::vector<std::string> arguments{"check", "--tsv"};
   arguments.insert(arguments.end(), inputs.begin(), inputs.end());
-  EXPECT_EQ(
-      runFiliform(arguments).out,
-      "file\tseverity\tsamples\tsegments\tdropped\tcodes\n"
-      "mixed.swc\twarn\t16\t6\t4,5,6,8,10,14,20\tW_BAD_PARENT:1,W_BAD_RADIUS:1,W_CYCLE:2,W_DUP_ID:1,W_ID_RESTART:1,W_"
-      "MISSING_PARENT:4,W_NONFINITE:1,W_ORDER:1,W_RANGE:1,W_SELF_PARENT:1,W_SHORT_LINE:4\n"
-      "bad.swc\trefuse\t0\t0\t1,2,3\tE_MOSTLY_BAD:1,W_SHORT_LINE:3\n"
-      "arc.zip\twarn\t5\t3\tin/one.swc:2,/"
-      "abs\xc3\xbf.swc,two.swc:3,two.swc:4\tE_MOSTLY_BAD:1,W_SHORT_LINE:6,W_ZIP_NAME:1\n");
+  EXPECT_EQ(runFiliform(arguments).out,
+            "file\tseverity\tsamples\tsegments\tdropped\tcodes\n"
+            "mixed.swc\twarn\t16\t6\t4,5,6,8,10,14,20\tLOOSE_TREE:1,W_BAD_PARENT:1,W_BAD_RADIUS:1,W_CYCLE:2,W_DUP_ID:1,"
+            "W_ID_RESTART:1,W_"
+            "MISSING_PARENT:4,W_NONFINITE:1,W_ORDER:1,W_RANGE:1,W_SELF_PARENT:1,W_SHORT_LINE:4\n"
+            "bad.swc\trefuse\t0\t0\t1,2,3\tE_MOSTLY_BAD:1,W_SHORT_LINE:3\n"
+            "arc.zip\twarn\t5\t3\tin/one.swc:2,/"
+            "abs\xc3\xbf.swc,two.swc:3,two.swc:4\tE_MOSTLY_BAD:1,W_SHORT_LINE:6,W_ZIP_NAME:1\n");
 
   arguments = {"ingest", "-o", folder / "set.fil", "--report", folder / "report.json"};
   arguments.insert(arguments.end(), inputs.begin(), inputs.end());
@@ -303,11 +303,11 @@ TEST(Records, ComeOutAsTheyAlwaysDid) {
   const std::string text = test::readBytes(folder / "report.json");
   const auto report = nlohmann::ordered_json::parse(text);
   EXPECT_EQ(text, report.dump(1, ' ', true) + "\n");
-  EXPECT_EQ(
-      recordsOf(report.at(0)),
-      "4:SHORT_LINE:a 5:SHORT_LINE:a 6:SHORT_LINE:a 8:SHORT_LINE:b 1 9:MISSING_PARENT:99 10:NONFINITE:nan 11:CYCLE:5 "
-      "12:ORDER:6 14:DUP_ID:2 15:SELF_PARENT:8 16:BAD_RADIUS:-1 16:MISSING_PARENT:98 17:CYCLE:12 20:RANGE:4e9 "
-      "21:MISSING_PARENT:17 22:BAD_PARENT:x 23:ID_RESTART:1 24:MISSING_PARENT:77");
+  EXPECT_EQ(recordsOf(report.at(0)),
+            "0:OSE_TREE:8 trees 4:SHORT_LINE:a 5:SHORT_LINE:a 6:SHORT_LINE:a 8:SHORT_LINE:b 1 9:MISSING_PARENT:99 "
+            "10:NONFINITE:nan 11:CYCLE:5 "
+            "12:ORDER:6 14:DUP_ID:2 15:SELF_PARENT:8 16:BAD_RADIUS:-1 16:MISSING_PARENT:98 17:CYCLE:12 20:RANGE:4e9 "
+            "21:MISSING_PARENT:17 22:BAD_PARENT:x 23:ID_RESTART:1 24:MISSING_PARENT:77");
   EXPECT_EQ(recordsOf(report.at(1)), "0:MOSTLY_BAD: 1:SHORT_LINE:x 2:SHORT_LINE:x 3:SHORT_LINE:x");
   EXPECT_EQ(recordsOf(report.at(2)), "");
   EXPECT_EQ(recordsOf(report.at(2).at("entries").at(1)),

@@ -13,6 +13,7 @@
 #include "device/web_socket/web_socket.h"
 #include "index/attributes/cell_attributes.h"
 #include "index/attributes/cell_filter.h"
+#include "index/cell/cell_parts.h"
 #include "index/circuits/circuit.h"
 #include "index/circuits/placements.h"
 #include "index/file/faulty_source.h"
@@ -373,6 +374,13 @@ void hdf5Writer(std::span<const double> x) {
   Hdf5Writer out("nodes.h5");
   out.reals("nodes/column/0/x", "f64", 1, x);
   out.finish();
+}
+
+void cellParts(const Cell& whole) {
+  const auto use = [](Cell cell) { std::cout << cell.name << '\n'; };
+  // index/cell/cell_parts.h
+  const CellParts parts(whole);
+  for (std::size_t i = 0; i < parts.count(); ++i) use(parts.take(whole, i));
 }
 
 void cellFilter(const std::unique_ptr<TileSet>& set, const CellAttributes& attributes) {

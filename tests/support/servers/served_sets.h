@@ -14,8 +14,8 @@
 
 namespace filiform::test {
 
-// `column.fil`: ten random neurons of layers 0 to 9, with levels of detail. `fork.fil`: the cells fork (samples 1 to 5) and square (with
-// a loop).
+// `column.fil`: ten random neurons of layers 0 to 9, with levels of detail. `fork.fil`: the cells fork (samples 1 to 5)
+// and square (with a loop).
 class ServedSets {
  public:
   explicit ServedSets(tools::AccessRules rules = {}, std::uint64_t budget_bytes = 64 << 20);
