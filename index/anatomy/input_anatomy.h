@@ -3,7 +3,7 @@
 //   InputAnatomy anatomy;
 //   for (Cell cell; input.next(cell);) anatomy.add(cell);
 //   anatomy.finish();
-//   for (const CellFindings& cell : anatomy.cells()) ...
+//   for (const CellFindings& cell : anatomy.cells()) std::cout << cell.source << '\n';
 #pragma once
 
 #include "index/anatomy/anatomy_check.h"

@@ -11,6 +11,8 @@
 #include "device/usb/usb_recording.h"
 #include "device/usb/usb_transport.h"
 #include "device/web_socket/web_socket.h"
+#include "index/anatomy/anatomy_check.h"
+#include "index/anatomy/input_anatomy.h"
 #include "index/attributes/cell_attributes.h"
 #include "index/attributes/cell_filter.h"
 #include "index/cell/cell_parts.h"
@@ -25,6 +27,7 @@
 #include "index/levels/levels.h"
 #include "index/output.h"
 #include "index/query/cell_paths.h"
+#include "index/query/cell_sections.h"
 #include "index/query/nearest.h"
 #include "index/remote/http_source.h"
 #include "index/set/tile_set.h"
@@ -374,6 +377,28 @@ void hdf5Writer(std::span<const double> x) {
   Hdf5Writer out("nodes.h5");
   out.reals("nodes/column/0/x", "f64", 1, x);
   out.finish();
+}
+
+void anatomyCheck(const Cell& cell) {
+  // index/anatomy/anatomy_check.h
+  AnatomyCheck check;
+  for (const Finding& finding : check.of(cell)) std::cout << name(finding.kind) << ": " << finding.text << '\n';
+}
+
+void inputAnatomy(Input& input) {
+  // index/anatomy/input_anatomy.h
+  InputAnatomy anatomy;
+  for (Cell cell; input.next(cell);) anatomy.add(cell);
+  anatomy.finish();
+  for (const CellFindings& cell : anatomy.cells()) std::cout << cell.source << '\n';
+}
+
+void cellSections(const std::unique_ptr<TileSet>& set) {
+  // index/query/cell_sections.h
+  const CellPaths paths(readCell(*set, 0, true));
+  const CellSections sections(paths);
+  const auto [section, pos] = sections.of(paths.at(7));
+  std::cout << section << ' ' << pos << '\n';
 }
 
 void cellParts(const Cell& whole) {
