@@ -16,7 +16,7 @@ void addSource(const SourceReport& source, Provenance& provenance) {
   const auto take = [&](const std::string& input, const InputReport& report, const InputOutcome& outcome) {
     if (report.codes[InputCode::OTHER_VERSION] > 0) return;  // counted with the codes
     if (!outcome.isLost())
-      ++cells;
+      cells += report.cells;
     else
       (outcome.fate == InputFate::kRefused ? provenance.refused : provenance.skipped)
           .push_back({input, outcome.code, outcome.reason});

@@ -377,10 +377,8 @@ void hdf5Writer(std::span<const double> x) {
 }
 
 void cellParts(const Cell& whole) {
-  const auto use = [](Cell cell) { std::cout << cell.name << '\n'; };
   // index/cell/cell_parts.h
-  const CellParts parts(whole);
-  for (std::size_t i = 0; i < parts.count(); ++i) use(parts.take(whole, i));
+  for (const Cell& cell : partsOf(whole).cells) std::cout << cell.name << '\n';
 }
 
 void cellFilter(const std::unique_ptr<TileSet>& set, const CellAttributes& attributes) {
