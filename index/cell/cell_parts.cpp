@@ -49,7 +49,7 @@ void joinTouching(std::vector<SomaBall> somata, Groups& groups) {
 
 }  // namespace
 
-CellParts partsOf(const Cell& whole) {
+CellParts cellPartsOf(const Cell& whole) {
   CellParts result;
   if (!whole.isGraph() && std::count(whole.parents.begin(), whole.parents.end(), kNoParent) < 2) return result;
   const auto samples = static_cast<std::uint32_t>(whole.samples());

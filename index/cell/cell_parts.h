@@ -1,6 +1,6 @@
 // The cells of a file that holds several. Thread rule: a pure function.
 //
-//   for (const Cell& cell : partsOf(whole).cells) std::cout << cell.name << '\n';
+//   for (const Cell& cell : cellPartsOf(whole).cells) std::cout << cell.name << '\n';
 //
 // A cell is all trees whose somata touch each other, if at least one of them has a neurite: many tracers draw one soma
 // as several spheres. The other trees, and somata alone, are loose.
@@ -27,6 +27,6 @@ struct CellParts {
 // /1, /2 and so on, or /loose. Everything else, such as the header, stays with `whole`: a file may have 5000 cells.
 // O(samples) for one tree; otherwise O(samples log samples), and the square of the samples of somata if all overlap in
 // x.
-CellParts partsOf(const Cell& whole);
+CellParts cellPartsOf(const Cell& whole);
 
 }  // namespace filiform

@@ -395,7 +395,7 @@ bool Input::next(Cell& cell) {
     const bool refused = report.severity == Severity::kRefuse;
     cell.source = item.source;
     if (!refused && !state.options.one_cell_a_file) {
-      CellParts parts = partsOf(cell);
+      CellParts parts = cellPartsOf(cell);
       if (parts.loose_trees > 0 && !state.complete) {
         report.codes.add(InputCode::LOOSE_TREE);
         report.records.addFirst({.code = InputCode::LOOSE_TREE, .token = counted(parts.loose_trees, "tree")});

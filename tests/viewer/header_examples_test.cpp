@@ -378,7 +378,7 @@ void hdf5Writer(std::span<const double> x) {
 
 void cellParts(const Cell& whole) {
   // index/cell/cell_parts.h
-  for (const Cell& cell : partsOf(whole).cells) std::cout << cell.name << '\n';
+  for (const Cell& cell : cellPartsOf(whole).cells) std::cout << cell.name << '\n';
 }
 
 void cellFilter(const std::unique_ptr<TileSet>& set, const CellAttributes& attributes) {

@@ -31,7 +31,7 @@ Cell cellOf(const std::vector<Sample>& samples) {
 // "name: ids with parents", part by part.
 std::string namedParts(const Cell& whole) {
   std::string text;
-  for (const Cell& cell : partsOf(whole).cells) {
+  for (const Cell& cell : cellPartsOf(whole).cells) {
     text += (text.empty() ? "" : " | ") + cell.name + ":";
     for (std::uint32_t segment = 0; segment < cell.segmentRanks(); ++segment) {
       const auto [child, parent] = cell.ends(segment);
@@ -59,7 +59,7 @@ TEST(CellParts, TreesWithoutASomaAndSomataAloneAreLoose) {
   const Cell whole =
       cellOf({{3, 50, 1}, {1, 0, 5}, {3, 6, 1, 1}, {1, 100, 5}, {3, 106, 1, 3}, {1, 300, 5}, {3, 51, 1, 0}});
   EXPECT_EQ(namedParts(whole), "two/1: 10<10 20<10 | two/2: 30<30 40<30 | two/loose: 0<0 50<50 60<0");
-  EXPECT_EQ(partsOf(whole).loose_trees, 2u);
+  EXPECT_EQ(cellPartsOf(whole).loose_trees, 2u);
 }
 
 TEST(CellParts, OneSomaKeepsTheFileWhole) {
@@ -81,16 +81,16 @@ TEST(CellParts, TooManySomataKeepTheFileWhole) {
     samples.push_back({1, 10.0 * i + 1, 1, 2 * i});
   }
   samples[1].type = samples[5].type = 3;
-  EXPECT_EQ(partsOf(cellOf(samples)).cells.size(), 3u);
+  EXPECT_EQ(cellPartsOf(cellOf(samples)).cells.size(), 3u);
   samples.push_back({1, -10, 1});
-  EXPECT_EQ(partsOf(cellOf(samples)).cells.size(), 0u);
+  EXPECT_EQ(cellPartsOf(cellOf(samples)).cells.size(), 0u);
 }
 
 TEST(CellParts, LoopsBlocksAndOddRadiiStayWithTheirSamples) {
   Cell whole = cellOf({{1, 0, 5}, {3, 6, 1, 0}, {3, 7, 1, 1}, {1, 100, 5}, {3, 106, 1, 3}, {3, 107, 1, 4}});
   whole.block_starts = {2, 5};
   whole.odd_radii = {{1, {}}, {4, {}}};
-  const std::vector<Cell> forest = partsOf(whole).cells;
+  const std::vector<Cell> forest = cellPartsOf(whole).cells;
   ASSERT_EQ(forest.size(), 2u);
   EXPECT_EQ(forest[0].block_starts, (std::vector<std::uint32_t>{2}));
   EXPECT_EQ(forest[1].block_starts, (std::vector<std::uint32_t>{2}));
@@ -100,7 +100,7 @@ TEST(CellParts, LoopsBlocksAndOddRadiiStayWithTheirSamples) {
   whole.odd_radii = {};
   connect(whole, {{0, 1}, {1, 2}, {2, 0}, {3, 4}, {4, 5}});
   ASSERT_TRUE(whole.isGraph());
-  const std::vector<Cell> graph = partsOf(whole).cells;
+  const std::vector<Cell> graph = cellPartsOf(whole).cells;
   ASSERT_EQ(graph.size(), 2u);
   EXPECT_TRUE(graph[0].isGraph());
   EXPECT_EQ(graph[0].links.size(), 3u);
