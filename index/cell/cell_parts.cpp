@@ -49,86 +49,69 @@ void joinTouching(std::vector<SomaBall> somata, Groups& groups) {
 
 }  // namespace
 
-CellParts::CellParts(const Cell& whole) {
+CellParts cellPartsOf(const Cell& whole) {
+  CellParts result;
+  if (!whole.isGraph() && std::count(whole.parents.begin(), whole.parents.end(), kNoParent) < 2) return result;
   const auto samples = static_cast<std::uint32_t>(whole.samples());
   std::vector<SomaBall> somata;
   for (std::uint32_t rank = 0; rank < samples; ++rank)
     if (whole.types[rank] == kSomaType) {
       const double radius = whole.radii_um[rank];
       somata.push_back({whole.positions_um[rank], radius > 0 && std::isfinite(radius) ? radius : 0, rank});
-      if (somata.size() > kMostSomaSamples) return;
+      if (somata.size() > kMostSamplesOfSomata) return result;
     }
-  if (somata.size() < 2) return;
+  if (somata.size() < 2) return result;
   Groups trees(samples);
   for (std::uint32_t segment = 0; segment < whole.segmentRanks(); ++segment) {
     const auto [child, parent] = whole.ends(segment);
     trees.join(child, parent);
   }
-  Groups cells = trees;
-  joinTouching(std::move(somata), cells);
+  Groups groups = trees;
+  joinTouching(std::move(somata), groups);
   std::vector<std::uint8_t> has(samples, 0);  // by the first sample of a group; 1: a soma, 2: a neurite
-  for (std::uint32_t rank = 0; rank < samples; ++rank) has[cells.of(rank)] |= whole.types[rank] == kSomaType ? 1 : 2;
+  for (std::uint32_t rank = 0; rank < samples; ++rank) has[groups.of(rank)] |= whole.types[rank] == kSomaType ? 1 : 2;
   const auto found = static_cast<std::uint32_t>(std::count(has.begin(), has.end(), 3));
-  if (found < 2) return;
-  parts_.resize(samples);
-  std::vector<std::size_t> sizes(found + 1, 0);
-  for (std::uint32_t rank = 0, next = 0; rank < samples; ++rank) {
-    const std::uint32_t first = cells.of(rank);
-    parts_[rank] = has[first] != 3 ? found : first == rank ? next++ : parts_[first];
-    ++sizes[parts_[rank]];
-    loose_trees_ += parts_[rank] == found && trees.of(rank) == rank;
-  }
-  if (sizes.back() == 0) sizes.pop_back();
-  starts_.assign(sizes.size() + 1, 0);
-  std::inclusive_scan(sizes.begin(), sizes.end(), starts_.begin() + 1);
-  ranks_.resize(samples);
-  places_.resize(samples);
-  std::vector<std::uint32_t> filled(sizes.size(), 0);
-  for (std::uint32_t rank = 0; rank < samples; ++rank) {
-    places_[rank] = filled[parts_[rank]]++;
-    ranks_[starts_[parts_[rank]] + places_[rank]] = rank;
-  }
-}
+  if (found < 2) return result;
 
-Cell CellParts::take(const Cell& whole, std::size_t part) const {
-  Cell cell;
-  cell.source = whole.source;
-  cell.digest = whole.digest;
-  cell.header = whole.header;
-  cell.attributes = whole.attributes;
-  const bool loose = loose_trees_ > 0 && part + 1 == count();
-  cell.name = (whole.name.empty() ? cellNames({whole.source}).front() : whole.name) + "/" +
-              (loose ? "loose" : std::to_string(part + 1));
-  const std::span ranks(ranks_.data() + starts_[part], starts_[part + 1] - starts_[part]);
+  std::vector<std::uint32_t> parts(samples), places(samples);  // of each sample: its part, and its rank there
+  std::vector<std::size_t> blocks(found + 1, 0);               // of each part: the id block of its last sample
+  result.cells.resize(found + 1);
   std::size_t block = 0;
-  for (const std::uint32_t rank : ranks) {
-    const auto in = static_cast<std::size_t>(
-        std::upper_bound(whole.block_starts.begin(), whole.block_starts.end(), rank) - whole.block_starts.begin());
-    if (in != block && cell.samples() > 0) cell.block_starts.push_back(places_[rank]);
-    block = in;
+  for (std::uint32_t rank = 0, next = 0; rank < samples; ++rank) {
+    const std::uint32_t first = groups.of(rank), part = has[first] != 3 ? found : first == rank ? next++ : parts[first];
+    result.loose_trees += part == found && trees.of(rank) == rank ? 1 : 0;
+    Cell& cell = result.cells[part];
+    parts[rank] = part;
+    places[rank] = static_cast<std::uint32_t>(cell.samples());
+    if (block < whole.block_starts.size() && whole.block_starts[block] == rank) ++block;
+    if (block != std::exchange(blocks[part], block) && cell.samples() > 0) cell.block_starts.push_back(places[rank]);
     cell.sample_ids.push_back(whole.sample_ids[rank]);
     cell.positions_um.push_back(whole.positions_um[rank]);
     cell.radii_um.push_back(whole.radii_um[rank]);
     cell.types.push_back(whole.types[rank]);
     if (const std::uint64_t line = whole.line(rank);
         line > 0 &&
-        (cell.line_runs.empty() || line - cell.line_runs.back().line != places_[rank] - cell.line_runs.back().rank))
-      cell.line_runs.push_back({places_[rank], line});
-    if (!whole.isGraph())
-      cell.parents.push_back(whole.parents[rank] == kNoParent ? kNoParent : places_[whole.parents[rank]]);
+        (cell.line_runs.empty() || line - cell.line_runs.back().line != places[rank] - cell.line_runs.back().rank))
+      cell.line_runs.push_back({places[rank], line});
   }
-  for (OddRadius odd : whole.odd_radii)
-    if (parts_[odd.rank] == part) {
-      odd.rank = places_[odd.rank];
-      cell.odd_radii.push_back(odd);
-    }
+  for (const OddRadius& odd : whole.odd_radii)
+    result.cells[parts[odd.rank]].odd_radii.push_back({places[odd.rank], odd.radius_um});
   if (whole.isGraph()) {
-    std::vector<std::array<std::uint32_t, 2>> edges;
+    std::vector<std::vector<std::array<std::uint32_t, 2>>> links(found + 1);
     for (const auto& [child, parent] : whole.links)
-      if (child != parent && parts_[child] == part) edges.push_back({places_[child], places_[parent]});
-    connect(cell, std::move(edges));
+      if (child != parent) links[parts[child]].push_back({places[child], places[parent]});
+    for (std::uint32_t part = 0; part <= found; ++part) connect(result.cells[part], std::move(links[part]));
+  } else {
+    for (std::uint32_t rank = 0; rank < samples; ++rank) {
+      const std::uint32_t parent = whole.parents[rank];
+      result.cells[parts[rank]].parents.push_back(parent == kNoParent ? kNoParent : places[parent]);
+    }
   }
-  return cell;
+  if (result.loose_trees == 0) result.cells.pop_back();
+  const std::string name = whole.name.empty() ? cellNames({whole.source}).front() : whole.name;
+  for (std::size_t part = 0; part < result.cells.size(); ++part)
+    result.cells[part].name = name + "/" + (part == found ? "loose" : std::to_string(part + 1));
+  return result;
 }
 
 }  // namespace filiform

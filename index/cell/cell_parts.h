@@ -1,44 +1,32 @@
-// CellParts: the cells of a file that holds several.
+// The cells of a file that holds several. Thread rule: a pure function.
 //
-//   const CellParts parts(whole);
-//   for (std::size_t i = 0; i < parts.count(); ++i) use(parts.take(whole, i));
+//   for (const Cell& cell : cellPartsOf(whole).cells) std::cout << cell.name << '\n';
 //
 // A cell is all trees whose somata touch each other, if at least one of them has a neurite: many tracers draw one soma
-// as several spheres. The other trees, and somata alone, are loose. Thread rule: immutable once made.
+// as several spheres. The other trees, and somata alone, are loose.
 #pragma once
 
 #include "index/cell/cell.h"
 
 #include <cstddef>
-#include <cstdint>
 #include <vector>
 
 namespace filiform {
 
-class CellParts {
- public:
-  // With more samples of somata, the file counts as one cell: it holds something other than cells.
-  static constexpr std::size_t kMostSomaSamples = 10'000;
+// With more samples of somata, the file counts as one cell: it holds something other than cells.
+inline constexpr std::size_t kMostSamplesOfSomata = 10'000;
 
-  // O(samples), and O(samples of somata squared) if all of them overlap in x.
-  explicit CellParts(const Cell& whole);
-
-  // Number of parts: 0 if `whole` is one cell; otherwise its cells, in the order of their first samples, and last the
-  // loose trees, if there are any, as one part.
-  std::size_t count() const { return starts_.empty() ? 0 : starts_.size() - 1; }
-  std::size_t looseTrees() const { return loose_trees_; }
-
-  // A part, with the samples in their order, the header and the attributes of `whole`. Its name is that of `whole`, or
-  // what the source gives, and /1, /2 and so on, or /loose. Requires part < count(), and the cell of the constructor.
-  // O(samples of the part).
-  Cell take(const Cell& whole, std::size_t part) const;
-
- private:
-  std::vector<std::uint32_t> ranks_;   // of `whole`, by part, ascending in each
-  std::vector<std::size_t> starts_;    // of each part in ranks_, and the end
-  std::vector<std::uint32_t> places_;  // by rank of `whole`: the rank in its part
-  std::vector<std::uint32_t> parts_;   // by rank of `whole`
-  std::size_t loose_trees_ = 0;
+struct CellParts {
+  // Empty if the file is one cell. Otherwise its cells, in the order of their first samples, and last the loose trees,
+  // if there are any, as one.
+  std::vector<Cell> cells;
+  std::size_t loose_trees = 0;
 };
+
+// The parts have their samples in the order of the file. Their names are that of `whole`, or what its source gives, and
+// /1, /2 and so on, or /loose. Everything else, such as the header, stays with `whole`: a file may have 5000 cells.
+// O(samples) for one tree; otherwise O(samples log samples), and the square of the samples of somata if all overlap in
+// x.
+CellParts cellPartsOf(const Cell& whole);
 
 }  // namespace filiform

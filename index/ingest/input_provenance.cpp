@@ -18,7 +18,7 @@ void addSource(const SourceReport& source, Provenance& provenance) {
     if (report.codes[InputCode::OTHER_VERSION] > 0) return;  // counted with the codes
     if (outcome.fate == InputFate::kPassed) return;
     if (!outcome.isLost())
-      ++cells;
+      cells += report.cells;
     else
       (outcome.fate == InputFate::kRefused ? provenance.refused : provenance.skipped)
           .push_back({input, outcome.code, outcome.reason});

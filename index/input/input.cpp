@@ -411,12 +411,13 @@ Input& Input::operator=(Input&&) noexcept = default;
 
 bool Input::next(Cell& cell) {
   State& state = *state_;
-  if (state.parts) {
-    cell = state.parts->take(state.whole, state.next_part);
-    if (++state.next_part == state.parts->count()) {
-      state.parts.reset();
-      state.whole = {};
-    }
+  if (!state.parts.empty()) {
+    cell = std::move(state.parts.back());
+    state.parts.pop_back();
+    cell.source = state.whole.source;
+    cell.digest = state.whole.digest;
+    cell.header = state.whole.header;
+    cell.attributes = state.whole.attributes;
     return true;
   }
   while (state.position < state.end()) {
@@ -435,22 +436,27 @@ bool Input::next(Cell& cell) {
     const bool refused = report.severity == Severity::kRefuse;
     cell.source = item.source;
     if (!refused && !state.options.one_cell_a_file) {
-      CellParts parts(cell);
-      if (parts.looseTrees() > 0 && !state.complete) {
+      CellParts parts = cellPartsOf(cell);
+      if (parts.loose_trees > 0 && !state.complete) {
         report.codes.add(InputCode::LOOSE_TREE);
-        report.records.addFirst({.code = InputCode::LOOSE_TREE, .token = counted(parts.looseTrees(), "tree")});
+        report.records.addFirst({.code = InputCode::LOOSE_TREE, .token = counted(parts.loose_trees, "tree")});
       }
-      if (parts.count() > 0) state.parts.emplace(std::move(parts));
+      state.parts = std::move(parts.cells);
+      std::reverse(state.parts.begin(), state.parts.end());
     }
+    report.cells = refused ? 0 : std::max<std::size_t>(state.parts.size(), 1);
     if (!state.complete) {
       state.record(item, cell.digest, std::move(report));
       item.refused = refused;
     }
     if (refused) continue;
     if (!state.complete) state.units.add(cell);
-    if (!state.parts) return true;
-    state.whole = std::exchange(cell, {});
-    state.next_part = 0;
+    if (state.parts.empty()) return true;
+    state.whole = {};
+    state.whole.source = std::move(cell.source);
+    state.whole.digest = cell.digest;
+    state.whole.header = std::move(cell.header);
+    state.whole.attributes = std::move(cell.attributes);
     return next(cell);
   }
   if (!state.complete) {
@@ -468,8 +474,7 @@ void Input::keepFilesWhole() { state_->options.one_cell_a_file = true; }
 
 void Input::rewind() {
   State& state = *state_;
-  state.parts.reset();
-  state.whole = {};
+  state.parts.clear();
   state.ahead.reset();
   state.position = state.begin_at;
   state.ordered = 0;

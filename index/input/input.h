@@ -2,9 +2,9 @@
 // input.
 //
 // Cells come in the order of cell ids: by source, then by content digest, both in byte order. The order of the
-// arguments has no effect, nor has the number of threads. One cell is in memory at a time; of an archive, its central
-// directory. With several threads, small inputs are read ahead. Thread rule: thread-compatible; the functions of the
-// caller are called on the calling thread.
+// arguments has no effect, nor has the number of threads. One cell is in memory at a time, or the cells of one file; of
+// an archive, its central directory. With several threads, small inputs are read ahead. Thread rule: thread-compatible;
+// the functions of the caller are called on the calling thread.
 //
 //   Input input({"column.zip", "more/"});
 //   for (Cell cell; input.next(cell);) std::cout << cell.source << '\n';

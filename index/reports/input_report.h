@@ -125,6 +125,7 @@ struct InputReport {
   static constexpr std::uint64_t kTokensKept = 100;
 
   Severity severity = Severity::kAccept;
+  std::uint64_t cells = 0;     // that Input gives; more than 1 if a file holds several
   std::uint64_t samples = 0;   // kept; 0 when refused
   std::uint64_t segments = 0;  // links kept; 0 when refused
   std::uint64_t isolated = 0;  // kept samples without any link

@@ -3,6 +3,7 @@
 #include "device/vector_length.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace filiform {
 
@@ -15,7 +16,8 @@ constexpr double kLeastExtension_m = 1e-6;  // a shorter spring does not show ho
 LocalModel SpringModel::about(const Eigen::Vector3d& h_D, const Eigen::Vector3d& pull_D, const Eigen::Vector3d& force_N,
                               double stiffness_N_m, const Eigen::Vector3d& along_D) noexcept {
   const double extension_m = lengthOf(pull_D);
-  if (extension_m > kLeastExtension_m) part_ = std::min(1.0, lengthOf(force_N) / (stiffness_N_m * extension_m));
+  if (extension_m > kLeastExtension_m && std::isfinite(extension_m))
+    part_ = std::min(1.0, lengthOf(force_N) / (stiffness_N_m * extension_m));
   LocalModel model;
   model.at_D = h_D;
   model.radius_m = kModelRadius_m;

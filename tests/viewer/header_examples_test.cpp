@@ -402,10 +402,8 @@ void cellSections(const std::unique_ptr<TileSet>& set) {
 }
 
 void cellParts(const Cell& whole) {
-  const auto use = [](Cell cell) { std::cout << cell.name << '\n'; };
   // index/cell/cell_parts.h
-  const CellParts parts(whole);
-  for (std::size_t i = 0; i < parts.count(); ++i) use(parts.take(whole, i));
+  for (const Cell& cell : cellPartsOf(whole).cells) std::cout << cell.name << '\n';
 }
 
 void cellFilter(const std::unique_ptr<TileSet>& set, const CellAttributes& attributes) {

@@ -77,9 +77,8 @@ struct InputState {
   bool complete = false;
   std::uint64_t bytes_total = 0, bytes_done = 0;
   UnitCheck units;
-  Cell whole;  // of several cells, which next() gives one by one
-  std::optional<CellParts> parts;
-  std::size_t next_part = 0;
+  std::vector<Cell> parts;  // of a file of several cells, the last first: next() gives one by one
+  Cell whole;               // what they share: source, digest, header, attributes
   std::vector<std::unique_ptr<ItemReader>> readers;  // by thread; 0: the calling one
   std::unique_ptr<ReadAhead> ahead;                  // its threads end before all else
 };

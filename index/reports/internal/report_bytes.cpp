@@ -54,8 +54,8 @@ CodeCounts decodeCodes(ByteReader& in) {
 void encodeReport(const InputReport& report, ByteWriter& out) {
   out.u8(static_cast<std::uint8_t>(report.severity));
   for (const std::uint64_t count :
-       {report.samples, report.segments, report.isolated, report.roots, report.candidate_lines, report.dropped_lines,
-        report.merged_points, report.links_given, report.links_cut, report.later_comments})
+       {report.cells, report.samples, report.segments, report.isolated, report.roots, report.candidate_lines,
+        report.dropped_lines, report.merged_points, report.links_given, report.links_cut, report.later_comments})
     out.varint(count);
   encodeCodes(report.codes, out);
   out.varint(report.records.size());
@@ -69,7 +69,7 @@ InputReport decodeReport(ByteReader& in) {
   InputReport report;
   report.severity = static_cast<Severity>(in.u8());
   for (std::uint64_t* const count :
-       {&report.samples, &report.segments, &report.isolated, &report.roots, &report.candidate_lines,
+       {&report.cells, &report.samples, &report.segments, &report.isolated, &report.roots, &report.candidate_lines,
         &report.dropped_lines, &report.merged_points, &report.links_given, &report.links_cut, &report.later_comments})
     *count = in.varint();
   report.codes = decodeCodes(in);

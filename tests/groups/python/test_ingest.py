@@ -102,7 +102,7 @@ def test_all_reports_of_a_run_agree(tmp_path, made):
     assert info["skipped"] == len(info["skipped_inputs"]) == len(provenance.get("skipped", [])) == len(report.skipped) - len(other)
     assert sorted(r["reason"] for r in provenance["refused"]) == sorted(why for _, why in report.refused)
     assert all(r["code"] for r in provenance["refused"] + provenance.get("skipped", []))
-    assert sum(source["cells"] for source in provenance["sources"]) == report.cells == report.accepted
+    assert sum(source["cells"] for source in provenance["sources"]) == report.cells >= report.accepted
     assert "--strict" not in json.dumps(provenance) + report.summary
 
     # The records.

@@ -18,7 +18,6 @@ struct Sample {
 Cell cellOf(const std::vector<Sample>& samples) {
   Cell cell;
   cell.source = "folder/two.CNG.swc";
-  cell.header = "# two";
   for (const Sample& sample : samples) {
     cell.sample_ids.push_back(static_cast<std::int64_t>(10 * cell.samples()));
     cell.positions_um.emplace_back(sample.x, 0, 0);
@@ -31,10 +30,8 @@ Cell cellOf(const std::vector<Sample>& samples) {
 
 // "name: ids with parents", part by part.
 std::string namedParts(const Cell& whole) {
-  const CellParts parts(whole);
   std::string text;
-  for (std::size_t part = 0; part < parts.count(); ++part) {
-    const Cell cell = parts.take(whole, part);
+  for (const Cell& cell : cellPartsOf(whole).cells) {
     text += (text.empty() ? "" : " | ") + cell.name + ":";
     for (std::uint32_t segment = 0; segment < cell.segmentRanks(); ++segment) {
       const auto [child, parent] = cell.ends(segment);
@@ -62,7 +59,7 @@ TEST(CellParts, TreesWithoutASomaAndSomataAloneAreLoose) {
   const Cell whole =
       cellOf({{3, 50, 1}, {1, 0, 5}, {3, 6, 1, 1}, {1, 100, 5}, {3, 106, 1, 3}, {1, 300, 5}, {3, 51, 1, 0}});
   EXPECT_EQ(namedParts(whole), "two/1: 10<10 20<10 | two/2: 30<30 40<30 | two/loose: 0<0 50<50 60<0");
-  EXPECT_EQ(CellParts(whole).looseTrees(), 2u);
+  EXPECT_EQ(cellPartsOf(whole).loose_trees, 2u);
 }
 
 TEST(CellParts, OneSomaKeepsTheFileWhole) {
@@ -79,36 +76,36 @@ TEST(CellParts, UnknownRadiiTouchNothingElse) {
 
 TEST(CellParts, TooManySomataKeepTheFileWhole) {
   std::vector<Sample> samples;
-  for (std::uint32_t i = 0; i < CellParts::kMostSomaSamples / 2 + 1; ++i) {
+  for (std::uint32_t i = 0; i < kMostSamplesOfSomata / 2 + 1; ++i) {
     samples.push_back({1, 10.0 * i, 1});
     samples.push_back({1, 10.0 * i + 1, 1, 2 * i});
   }
   samples[1].type = samples[5].type = 3;
-  EXPECT_EQ(CellParts(cellOf(samples)).count(), 3u);
+  EXPECT_EQ(cellPartsOf(cellOf(samples)).cells.size(), 3u);
   samples.push_back({1, -10, 1});
-  EXPECT_EQ(CellParts(cellOf(samples)).count(), 0u);
+  EXPECT_EQ(cellPartsOf(cellOf(samples)).cells.size(), 0u);
 }
 
 TEST(CellParts, LoopsBlocksAndOddRadiiStayWithTheirSamples) {
   Cell whole = cellOf({{1, 0, 5}, {3, 6, 1, 0}, {3, 7, 1, 1}, {1, 100, 5}, {3, 106, 1, 3}, {3, 107, 1, 4}});
   whole.block_starts = {2, 5};
   whole.odd_radii = {{1, {}}, {4, {}}};
-  const CellParts forest(whole);
-  EXPECT_EQ(forest.take(whole, 0).block_starts, (std::vector<std::uint32_t>{2}));
-  EXPECT_EQ(forest.take(whole, 1).block_starts, (std::vector<std::uint32_t>{2}));
-  ASSERT_EQ(forest.take(whole, 1).odd_radii.size(), 1u);
-  EXPECT_EQ(forest.take(whole, 1).odd_radii[0].rank, 1u);
-  EXPECT_EQ(forest.take(whole, 1).header, "# two");
+  const std::vector<Cell> forest = cellPartsOf(whole).cells;
+  ASSERT_EQ(forest.size(), 2u);
+  EXPECT_EQ(forest[0].block_starts, (std::vector<std::uint32_t>{2}));
+  EXPECT_EQ(forest[1].block_starts, (std::vector<std::uint32_t>{2}));
+  ASSERT_EQ(forest[1].odd_radii.size(), 1u);
+  EXPECT_EQ(forest[1].odd_radii[0].rank, 1u);
   whole.block_starts = {};
   whole.odd_radii = {};
   connect(whole, {{0, 1}, {1, 2}, {2, 0}, {3, 4}, {4, 5}});
   ASSERT_TRUE(whole.isGraph());
-  const CellParts graph(whole);
-  ASSERT_EQ(graph.count(), 2u);
-  EXPECT_TRUE(graph.take(whole, 0).isGraph());
-  EXPECT_EQ(graph.take(whole, 0).links.size(), 3u);
-  EXPECT_FALSE(graph.take(whole, 1).isGraph());
-  EXPECT_EQ(graph.take(whole, 1).parents, (std::vector<std::uint32_t>{kNoParent, 0, 1}));
+  const std::vector<Cell> graph = cellPartsOf(whole).cells;
+  ASSERT_EQ(graph.size(), 2u);
+  EXPECT_TRUE(graph[0].isGraph());
+  EXPECT_EQ(graph[0].links.size(), 3u);
+  EXPECT_FALSE(graph[1].isGraph());
+  EXPECT_EQ(graph[1].parents, (std::vector<std::uint32_t>{kNoParent, 0, 1}));
 }
 
 }  // namespace
