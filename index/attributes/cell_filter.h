@@ -5,6 +5,7 @@
 #pragma once
 
 #include "index/attributes/cell_attributes.h"
+#include "index/cell/attribute_conditions.h"
 
 #include <cstdint>
 #include <string>
@@ -15,12 +16,8 @@ namespace filiform {
 // Thread rule: immutable once made.
 class CellFilter {
  public:
-  // Each condition is NAME OP VALUE, with OP one of = == != < <= > >=; == means =. Blanks around NAME and VALUE do not
-  // count. A cell must meet all conditions. A missing value
-  // meets none, except that NAME!=VALUE holds for it. With = and !=, VALUE may have wildcards: * stands for any text,
-  // ? for any character, [ab] for a or b, \ before a character for this character. NAME= selects the cells without a
-  // value. The comparisons with < and > need a column of numbers. Throws UsageError for a condition of another form.
-  explicit CellFilter(const std::vector<std::string>& conditions);
+  // The conditions are those of attribute_conditions.h. Throws UsageError for one of another form.
+  explicit CellFilter(const std::vector<std::string>& conditions) : conditions_(conditions) {}
   bool empty() const { return conditions_.empty(); }
 
   // The ids of all cells that meet the conditions, ascending. Removed cells never do. Throws UsageError for an unknown
@@ -28,10 +25,7 @@ class CellFilter {
   std::vector<std::uint32_t> select(const TileSet& set, const CellAttributes& attributes) const;
 
  private:
-  struct Condition {
-    std::string name, op, value, whole;
-  };
-  std::vector<Condition> conditions_;
+  AttributeConditions conditions_;
 };
 
 // A message for an attribute that the set does not have; it lists those that it has.

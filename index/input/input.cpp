@@ -80,7 +80,8 @@ std::string hintAt(const fs::path& folder) {
 }  // namespace
 
 void internal::InputState::list(const std::string& argument) {
-  const internal::ListingOptions listing{options.versions, options.ids, options.remote};
+  const internal::ListingOptions listing{options.versions, options.ids, AttributeConditions(options.where),
+                                         options.box_um, options.remote};
   if (const std::string address = internal::skeletonAddress(argument); !address.empty()) {
     for (const ListedFile& file : internal::listAddress(address, listing)) addFile(file);
     return;
@@ -390,6 +391,11 @@ Input::Input(const std::vector<std::string>& arguments, InputOptions options)
     : state_(std::make_unique<State>(std::move(options))) {
   if (arguments.empty()) throw InputError("no input: name files of neurons, archives or folders");
   for (const std::string& argument : arguments) state_->list(argument);
+  const InputOptions& given = state_->options;
+  const auto isSkeleton = [](const ListedFile& file) { return file.skeleton != nullptr; };
+  if ((given.ids || !given.where.empty() || given.box_um) &&
+      std::none_of(state_->files.begin(), state_->files.end(), isSkeleton))
+    throw UsageError("--ids, --where and --box choose among precomputed skeletons, and no INPUT holds any");
   state_->begin();
   rewind();
 }

@@ -64,7 +64,8 @@ class Input : public CellStream {
   // listed, a link without a target, a pipe or device named *.swc.
   //
   // Throws IoError if an argument is missing or neither file nor folder, if a server does not answer, or if the process
-  // has no file descriptor or memory left. Throws InputError without arguments, or for a folder without any input.
+  // has no file descriptor or memory left. Throws InputError without arguments, or for a folder without any input;
+  // UsageError for options that choose among skeletons, where there are none.
   // Calls `progress` with (0, 0) while it lists large containers.
   explicit Input(const std::vector<std::string>& arguments, InputOptions options = {});
   // The same from files of the caller's choice. Files that cannot be read are refused. Throws IoError if the process

@@ -3,8 +3,10 @@
 
 #include "index/containers/versions.h"
 #include "index/formats/swc.h"
+#include "index/geometry/grid.h"
 #include "index/remote/remote_options.h"
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -23,6 +25,10 @@ struct InputOptions {
   bool one_cell_a_file = false;
   // Objects of precomputed skeletons to read, ascending; null: all.
   std::shared_ptr<const std::vector<std::uint64_t>> ids = {};
+  // Of them, those whose segment properties meet these conditions (index/cell/attribute_conditions.h).
+  std::vector<std::string> where = {};
+  // Of them, those that the spatial index places in this box, um: lowest and highest corner.
+  std::optional<std::array<Vector3d, 2>> box_um = {};
   RemoteOptions remote = {};  // for addresses
   // Threads that read, the calling one included; fewer if half of the share of a cell does not suffice for them, at
   // 16 MiB each.

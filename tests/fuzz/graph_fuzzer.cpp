@@ -1,10 +1,13 @@
 #include "index/errors.h"
 #include "index/formats/internal/graph_file.h"
 #include "index/formats/neuroglancer/internal/segment_properties.h"
+#include "index/formats/neuroglancer/internal/spatial_index.h"
 #include "tests/fuzz/fuzz_bytes.h"
 
 #include <algorithm>
 #include <set>
+#include <string>
+#include <vector>
 
 namespace filiform::fuzz {
 
@@ -34,11 +37,22 @@ void fuzzGraph(Input input) {
   for (const std::uint32_t parent : cell.parents) require(parent == kNoParent || parent < n, "parents are samples");
 }
 
-// The info of segment properties, or of a volume.
+// The info of segment properties, or of a volume; or a file of a spatial index, or an info that has one.
 void fuzzProperties(Input input) {
   const std::string_view text = asText(input);
   try {
     SkeletonInfo::elsewhere(text, "info");
+  } catch (const InputError&) {
+  }
+  const Box_nm box{{{0, 0, 0}, {9e3, 9e3, 9e3}}};
+  try {
+    std::vector<std::uint64_t> ids;
+    SpatialIndex::objectsIn(box, text, "0-9.spatial", ids);
+  } catch (const InputError&) {
+  }
+  try {
+    const std::vector<std::string> names = SpatialIndex(text, "info", text, "info").filesIn(box);
+    require(names.size() <= SpatialIndex::kMostFiles, "a box asks for a bounded number of files");
   } catch (const InputError&) {
   }
   try {

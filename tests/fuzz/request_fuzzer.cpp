@@ -1,4 +1,4 @@
-#include "index/set/glob.h"
+#include "index/cell/glob.h"
 #include "tests/fuzz/fuzz_bytes.h"
 #include "tools/serve/routes/point_list.h"
 #include "tools/serve/routes/request.h"

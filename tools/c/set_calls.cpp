@@ -1,5 +1,5 @@
 // filiform.h: sets and their cells.
-#include "index/set/glob.h"
+#include "index/cell/glob.h"
 #include "index/streaming/residency.h"
 #include "index/text.h"
 #include "tools/c/open_set.h"

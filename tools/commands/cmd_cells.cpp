@@ -1,9 +1,9 @@
 // filiform cells: lists the cells of a tile set.
 #include "index/attributes/cell_attributes.h"
 #include "index/attributes/cell_filter.h"
+#include "index/cell/glob.h"
 #include "index/measure/cell_lengths.h"
 #include "index/query/cell_graph.h"
-#include "index/set/glob.h"
 #include "index/set/tile_set.h"
 #include "index/text.h"
 #include "tools/commands/commands.h"

@@ -1,6 +1,6 @@
 // SetHandle in Python: opening and closing, totals, names of cells.
+#include "index/cell/glob.h"
 #include "index/remote/http_source.h"
-#include "index/set/glob.h"
 #include "tools/python/internal/arguments.h"
 #include "tools/python/internal/bindings.h"
 #include "tools/python/internal/calls.h"

@@ -151,7 +151,19 @@ ShardScheme shardingOf(const Json& json, Fail fail) {
   return sharding;
 }
 
+std::string propertiesFolder(const Json& json, const std::string& file) {
+  if (!json.is_object() || !json.contains("segment_properties") || !json["segment_properties"].is_string()) return {};
+  std::string folder = json["segment_properties"].get<std::string>();
+  if (folder.find("..") != std::string::npos || folder.starts_with('/'))
+    throw InputError(inShort(file) + ": its segment_properties lead out of the folder");
+  return folder;
+}
+
 }  // namespace
+
+std::string SkeletonInfo::propertiesOf(std::string_view json, const std::string& file) {
+  return propertiesFolder(internal::boundedJson(json), file);
+}
 
 double SkeletonInfo::radiusUnit_nm() const {
   const std::array<double, 12>& m = transform_nm;
@@ -205,11 +217,7 @@ SkeletonInfo SkeletonInfo::parse(std::string_view text, const std::string& file)
   if (!isOfSkeletons(json)) fail("is not the info of neuroglancer skeletons");
   SkeletonInfo info;
   if (json.contains("sharding") && !json["sharding"].is_null()) info.sharding = shardingOf(json["sharding"], fail);
-  if (json.contains("segment_properties") && json["segment_properties"].is_string()) {
-    info.segment_properties = json["segment_properties"].get<std::string>();
-    if (info.segment_properties.find("..") != std::string::npos || info.segment_properties.starts_with('/'))
-      fail("its segment_properties lead out of the folder");
-  }
+  info.segment_properties = propertiesFolder(json, file);
   if (json.contains("transform")) {
     const Json& transform = json["transform"];
     bool good = transform.is_array() && transform.size() == info.transform_nm.size();

@@ -52,6 +52,9 @@ struct SkeletonInfo {
   };
   // Throws InputError naming `file` for a folder that leads out of that of the info.
   static Elsewhere elsewhere(std::string_view json, const std::string& file);
+  // The folder of segment properties that an info names, below its own; empty: none. Throws InputError naming `file`
+  // for a folder that leads out of that of the info.
+  static std::string propertiesOf(std::string_view json, const std::string& file);
   // True if the text is the `info` of skeletons.
   static bool isSkeletonInfo(std::string_view json);
   // Reads the text of `info`. Throws InputError naming `file` for an unknown data type or sharding, or an invalid

@@ -1,6 +1,7 @@
 // Lists precomputed skeletons on a web server (file_listing.h). A server lists no folder, so ids or shard numbers tell
 // what to ask for.
 #include "index/errors.h"
+#include "index/input/internal/chosen_objects.h"
 #include "index/input/internal/file_listing.h"
 #include "index/remote/internal/http_errors.h"
 #include "index/remote/internal/remote_address.h"
@@ -12,6 +13,7 @@
 #include <atomic>
 #include <cstdlib>
 #include <exception>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -124,9 +126,11 @@ std::vector<ListedFile> listAddress(const std::string& given, const ListingOptio
   std::string address = given;
   auto source = filesAtAddress(address, options.remote);
   std::string text = infoAt(*source);
+  std::optional<SkeletonVolume> through;
   if (!SkeletonInfo::isSkeletonInfo(text)) {
     const SkeletonInfo::Elsewhere there = SkeletonInfo::elsewhere(text, source->pathOf("info"));
     if (!there.folder.empty()) {
+      through = {source, text};
       address += "/" + there.folder;
       source = filesAtAddress(address, options.remote);
       text = infoAt(*source);
@@ -137,8 +141,14 @@ std::vector<ListedFile> listAddress(const std::string& given, const ListingOptio
                        "; give the address of a folder of skeletons, or of a volume whose info names one");
   }
   const auto info = std::make_shared<const SkeletonInfo>(SkeletonInfo::parse(text, source->pathOf("info")));
-  const auto properties = readProperties(*source, *info);
+  const auto properties = readProperties(*source, *info, through ? &*through : nullptr);
+  const auto volume = [&] {
+    if (through) return *through;
+    const auto above = filesAtAddress(address.substr(0, address.rfind('/')), options.remote);
+    return SkeletonVolume{above, above->findText("info", SkeletonInfo::kMaxBytes).value_or("")};
+  };
   ListingOptions wanted = options;
+  wanted.ids = chosenObjects(*source, text, properties.get(), volume, options);
   if (!wanted.ids && properties && !properties->ids().empty())
     wanted.ids = std::make_shared<const std::vector<std::uint64_t>>(properties->ids());
   std::vector<ListedFile> files;
@@ -156,8 +166,9 @@ std::vector<ListedFile> listAddress(const std::string& given, const ListingOptio
           files.push_back(missingObject(*source, id, "its shard " + shard + " is not on the server (404)"));
   } else {
     if (!wanted.ids)
-      throw InputError(inShort(address) +
-                       ": a server does not list its skeletons; name them with --ids FILE, one id a line");
+      throw InputError(
+          inShort(address) +
+          ": a server does not list its skeletons; name them with --ids FILE, one id a line, or choose with --box");
     ListedFile file{address, shownOf(address)};
     file.kind = FileKind::objects;
     files.push_back(std::move(file));

@@ -10,6 +10,7 @@
 #include "index/formats/internal/catmaid_columns.h"
 #include "index/formats/neuroglancer/object_ids.h"
 #include "index/formats/unread_formats.h"
+#include "index/input/internal/chosen_objects.h"
 #include "index/input/internal/folder_walk.h"
 #include "index/text.h"
 
@@ -108,10 +109,16 @@ ListedFile shardOf(const std::shared_ptr<const SkeletonFiles>& files, const std:
   return file;
 }
 
+// The volume above a folder of skeletons.
+SkeletonVolume volumeAbove(const std::string& folder) {
+  const auto files = filesInFolder((fs::path(folder) / "..").lexically_normal().native());
+  return {files, files->findText("info", SkeletonInfo::kMaxBytes).value_or("")};
+}
+
 // The files of a folder of Neuroglancer skeletons, or of a volume's folder whose info names them; empty for another
 // folder. `is_volume`: the folder is named by the info of a volume.
-std::vector<ListedFile> listSkeletons(const std::string& folder, const ListingOptions& options,
-                                      bool is_volume = false) {
+std::vector<ListedFile> listSkeletons(const std::string& folder, const ListingOptions& given,
+                                      const SkeletonVolume* through = nullptr) {
   const std::shared_ptr<const SkeletonFiles> source = filesInFolder(folder);
   std::error_code error;
   const std::string path = source->pathOf("info");
@@ -126,16 +133,20 @@ std::vector<ListedFile> listSkeletons(const std::string& folder, const ListingOp
   if (!text) return {};
   if (!SkeletonInfo::isSkeletonInfo(*text)) {
     const SkeletonInfo::Elsewhere there = SkeletonInfo::elsewhere(*text, path);
-    if (there.folder.empty() || is_volume) return {};
+    if (there.folder.empty() || through != nullptr) return {};
     const std::string below = source->pathOf(there.folder);
-    std::vector<ListedFile> files = listSkeletons(below, options, true);
+    const SkeletonVolume volume{source, *text};
+    std::vector<ListedFile> files = listSkeletons(below, given, &volume);
     if (files.empty())
       throw InputError(inShort(path) + ": names the folder of skeletons " + escaped(there.folder, 100) +
                        ", which has no info of skeletons");
     return files;
   }
   const auto info = std::make_shared<const SkeletonInfo>(SkeletonInfo::parse(*text, path));
-  const auto properties = readProperties(*source, *info);
+  const auto properties = readProperties(*source, *info, through);
+  ListingOptions options = given;
+  options.ids = chosenObjects(
+      *source, *text, properties.get(), [&] { return through ? *through : volumeAbove(folder); }, given);
   std::set<std::string> shards;  // that may hold the wanted objects
   if (info->sharding && options.ids)
     for (const std::uint64_t id : *options.ids) shards.insert(info->sharding->fileNameOf(info->sharding->shardOf(id)));
@@ -198,13 +209,6 @@ ListedFile missingObject(const SkeletonFiles& files, std::uint64_t id, const std
   ListedFile file{files.pathOf(name), name};
   file.unreadable = reason;
   return file;
-}
-
-std::shared_ptr<const SegmentProperties> readProperties(const SkeletonFiles& files, const SkeletonInfo& info) {
-  if (info.segment_properties.empty()) return nullptr;
-  const std::string file = info.segment_properties + "/info";
-  const auto text = files.findText(file, SegmentProperties::kMaxBytes);
-  return text ? std::make_shared<const SegmentProperties>(*text, files.pathOf(file)) : nullptr;
 }
 
 std::vector<ListedFile> listFiles(const std::string& folder, const ListingOptions& options) {

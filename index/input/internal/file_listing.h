@@ -1,15 +1,18 @@
 // Lists the inputs that arguments name: files of folders, skeletons at addresses. Thread rule: pure functions.
 #pragma once
 
+#include "index/cell/attribute_conditions.h"
 #include "index/containers/internal/container.h"
 #include "index/containers/internal/file_kind.h"
 #include "index/containers/internal/skeleton_source.h"
 #include "index/containers/versions.h"
 #include "index/formats/internal/graph_file.h"
 #include "index/formats/neuroglancer/internal/segment_properties.h"
+#include "index/geometry/grid.h"
 #include "index/hdf5/internal/hdf5_process.h"
 #include "index/remote/remote_options.h"
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -19,6 +22,8 @@
 #include <vector>
 
 namespace filiform::internal {
+
+using ObjectIds = std::shared_ptr<const std::vector<std::uint64_t>>;  // ascending; null: all
 
 struct ListedFile {
   std::string path;
@@ -37,21 +42,19 @@ struct ListedFile {
   std::optional<std::vector<std::string>> only = {};  // morphologies of an H5 file, ascending; others are left out
   // For shards and objects:
   std::shared_ptr<const SkeletonFiles> skeleton_files = {};
-  std::shared_ptr<const std::vector<std::uint64_t>> ids = {};  // ascending; null: all
+  ObjectIds ids = {};
 };
 
 struct ListingOptions {
   MorphologyVersion versions = MorphologyVersion::cng;
-  std::shared_ptr<const std::vector<std::uint64_t>> ids = {};  // of skeletons, ascending; null: all
+  ObjectIds ids = {};                                  // of skeletons
+  AttributeConditions where{{}};                       // on their properties
+  std::optional<std::array<Vector3d, 2>> box_um = {};  // where some of their nodes are
   RemoteOptions remote = {};
 };
 
 // The file by its name, as a file argument: any ending that is not known is SWC. Of a .csv file, its beginning decides.
 ListedFile fileArgument(const std::string& path, const std::string& shown);
-
-// The segment properties that an info of skeletons names; null if it names none, or if they are not there. Throws
-// InputError and IoError.
-std::shared_ptr<const SegmentProperties> readProperties(const SkeletonFiles& files, const SkeletonInfo& info);
 
 // The row of an object that is not there, refused for this reason.
 ListedFile missingObject(const SkeletonFiles& files, std::uint64_t id, const std::string& reason);

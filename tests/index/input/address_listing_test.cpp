@@ -6,10 +6,13 @@
 #include "tests/support/temp_folder.h"
 #include "tests/support/variable.h"
 
+#include <array>
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -152,6 +155,45 @@ TEST_F(AddressListing, AVolumeNamesItsSkeletons) {
     EXPECT_NE(failureOf<InputError>(server_ / "w").find(said), std::string::npos)
         << failureOf<InputError>(server_ / "w");
   }
+}
+
+TEST_F(AddressListing, PropertiesOfTheVolumeAndASpatialIndexChoose) {
+  write("v/info", R"({"type": "segmentation", "skeletons": "skel", "segment_properties": "props", "scales": [
+      {"resolution": [10, 10, 10], "size": [400, 100, 100]}]})");
+  write("v/props/info", R"({"inline": {"ids": ["1", "2", "3"], "properties": [
+      {"id": "label", "type": "label", "values": ["one", "two", "three"]},
+      {"id": "layer", "type": "number", "data_type": "uint8", "values": [4, 5, 6]}]}})");
+  write("v/skel/info", R"({"@type": "neuroglancer_skeletons", "spatial_index": {"chunk_size": [2000, 2000, 2000]}})");
+  for (const char* const id : {"1", "2", "3"}) write(std::string("v/skel/") + id, bytesOfPair());
+  write("v/skel/0-2000_0-1000_0-1000.spatial", R"({"1": [0, 0, 0, 10, 10, 10], "2": [900, 0, 0, 1900, 10, 10]})");
+  write("v/skel/2000-4000_0-1000_0-1000.spatial.gz", test::gzipped(R"({"3": [2000, 0, 0, 2001, 1, 1]})"));
+  const auto chosen = [&](const std::string& argument, std::vector<std::string> where,
+                          std::optional<std::array<Vector3d, 2>> box_um = {}) {
+    InputOptions options;
+    options.where = std::move(where);
+    options.box_um = box_um;
+    Found names;
+    Input input({argument}, options);
+    for (Cell cell; input.next(cell);) names.push_back(cell.name);
+    return names;
+  };
+  const std::array<Vector3d, 2> left{Vector3d(0.8, 0, 0), Vector3d(1, 1, 1)}, all{Vector3d(0, 0, 0), Vector3d(9, 9, 9)};
+  for (const std::string& place : {server_ / "v", folder_.file("v")}) {
+    EXPECT_EQ(chosen(place, {}), (Found{"one", "two", "three"})) << place;
+    EXPECT_EQ(chosen(place, {"layer>=5"}), (Found{"two", "three"})) << place;
+    EXPECT_EQ(chosen(place, {"layer>=5", "layer!=6"}), (Found{"two"})) << place;
+    EXPECT_EQ(chosen(place, {}, left), (Found{"two"})) << place;
+    EXPECT_EQ(chosen(place, {"layer>=5"}, all), (Found{"two", "three"})) << place;
+    EXPECT_THROW(chosen(place, {"layer=9"}), InputError) << "none";
+    EXPECT_THROW(chosen(place, {"depth>3"}), UsageError) << "no such property";
+  }
+  EXPECT_EQ(chosen(server_ / "v/skel", {}, left).size(), 1u) << "the volume is above";
+  EXPECT_EQ(chosen(folder_.file("v/skel"), {}, left).size(), 1u);
+  EXPECT_THROW(chosen(server_ / "v/skel", {"layer=5"}), InputError) << "it names no properties itself";
+  std::filesystem::remove(folder_.file("v/skel/2000-4000_0-1000_0-1000.spatial.gz"));
+  EXPECT_THROW(chosen(server_ / "v", {}, all), IoError) << "a hole in the index";
+  write("cell.swc", "1 1 0 0 0 1 -1\n2 3 1 0 0 1 1\n");
+  EXPECT_THROW(chosen(folder_.file("cell.swc"), {"layer=5"}), UsageError) << "no skeletons";
 }
 
 TEST_F(AddressListing, AnEndedRunGoesOnFromTheCache) {

@@ -3,6 +3,7 @@
 #include "index/errors.h"
 #include "index/formats/neuroglancer/object_ids.h"
 #include "index/text.h"
+#include "tools/words/numbers.h"
 
 #include <algorithm>
 #include <cerrno>
@@ -20,6 +21,13 @@ void ReadingArguments::apply(InputOptions& options) const {
                      : version == "source" ? MorphologyVersion::source
                                            : MorphologyVersion::cng;
   options.remote = remote->options();
+  options.where = where;
+  if (!box.empty()) {
+    std::vector<double> c;
+    for (const std::string& word : box) c.push_back(parseNumber("--box", word));
+    const Vector3d a(c.at(0), c.at(1), c.at(2)), b(c.at(3), c.at(4), c.at(5));
+    options.box_um = {a.cwiseMin(b), a.cwiseMax(b)};
+  }
   if (ids.empty()) return;
   std::ifstream in(ids, std::ios::binary);
   if (!in) throw IoError("--ids " + inShort(ids), "cannot open", errno);
@@ -40,6 +48,17 @@ std::shared_ptr<ReadingArguments> addReadingArguments(CLI::App& command) {
       ->capture_default_str();
   command.add_option("--ids", a->ids, "of precomputed skeletons, read the objects in this file, one id a line")
       ->type_name("FILE");
+  command
+      .add_option("--where", a->where,
+                  "of precomputed skeletons, read the objects whose segment properties meet a condition, such as "
+                  "type=L5_*, layer>=4; repeatable: all must hold")
+      ->type_name("CONDITION")
+      ->allow_extra_args(false);
+  command
+      .add_option("--box", a->box,
+                  "of precomputed skeletons, read the objects that their spatial index places in a box, um")
+      ->expected(6)
+      ->type_name("X0 Y0 Z0 X1 Y1 Z1");
   a->remote = addRemoteArguments(command);
   return a;
 }

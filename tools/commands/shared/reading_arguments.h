@@ -6,6 +6,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 namespace CLI {
 class App;
@@ -22,13 +23,15 @@ inline constexpr const char* kInputHelp =
 
 struct ReadingArguments {
   std::string version = "cng", ids;
+  std::vector<std::string> where, box;
   std::shared_ptr<RemoteArguments> remote;
 
-  // Sets the options that these arguments name. Throws IoError and InputError for the file of --ids.
+  // Sets the options that these arguments name. Throws IoError and InputError for the file of
+  // --ids, UsageError for a number of --box.
   void apply(InputOptions& options) const;
 };
 
-// Adds --version, --ids, and the options for addresses.
+// Adds --version, --ids, --where, --box, and the options for addresses.
 std::shared_ptr<ReadingArguments> addReadingArguments(CLI::App& command);
 
 }  // namespace filiform::tools

@@ -1,8 +1,8 @@
 // The answers of the routes cells, cells/NAME and path.
 #include "index/attributes/cell_filter.h"
+#include "index/cell/glob.h"
 #include "index/query/cell_graph.h"
 #include "index/query/cell_paths.h"
-#include "index/set/glob.h"
 #include "index/text.h"
 #include "solver/travel/places/cell_place_text.h"
 #include "tools/serve/routes/service.h"

@@ -1,4 +1,4 @@
-#include "index/set/glob.h"
+#include "index/cell/glob.h"
 
 #include "index/text.h"
 

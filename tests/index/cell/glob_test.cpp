@@ -1,5 +1,5 @@
 // Patterns for names: each kind of element, and a pattern that would take other matchers forever.
-#include "index/set/glob.h"
+#include "index/cell/glob.h"
 
 #include <fnmatch.h>
 #include <random>
