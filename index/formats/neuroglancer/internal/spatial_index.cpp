@@ -90,7 +90,7 @@ std::vector<std::string> SpatialIndex::filesIn(const Box_nm& box) const {
     const double first = std::max(0.0, std::floor((box[0][axis] - low) / step));
     const double last =
         std::floor((std::min(box[1][axis], high) - low) / step);  // a box that ends at a bound meets both
-    if (!(last >= first)) return {};
+    if (!(last >= first) || box[0][axis] > high) return {};
     if (last - first >= static_cast<double>(kMostFiles))
       throw InputError(inShort(file_) + ": the box meets too many chunks of the spatial index; choose a smaller one");
     std::vector<std::string> longer;
