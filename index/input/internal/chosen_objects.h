@@ -4,7 +4,7 @@
 
 #include "index/containers/internal/skeleton_source.h"
 #include "index/formats/neuroglancer/internal/segment_properties.h"
-#include "index/input/internal/file_listing.h"
+#include "index/input/internal/listing_options.h"
 
 #include <functional>
 #include <memory>

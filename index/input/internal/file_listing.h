@@ -1,18 +1,14 @@
 // Lists the inputs that arguments name: files of folders, skeletons at addresses. Thread rule: pure functions.
 #pragma once
 
-#include "index/cell/attribute_conditions.h"
 #include "index/containers/internal/container.h"
 #include "index/containers/internal/file_kind.h"
 #include "index/containers/internal/skeleton_source.h"
-#include "index/containers/versions.h"
 #include "index/formats/internal/graph_file.h"
 #include "index/formats/neuroglancer/internal/segment_properties.h"
-#include "index/geometry/grid.h"
 #include "index/hdf5/internal/hdf5_process.h"
-#include "index/remote/remote_options.h"
+#include "index/input/internal/listing_options.h"
 
-#include <array>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -22,8 +18,6 @@
 #include <vector>
 
 namespace filiform::internal {
-
-using ObjectIds = std::shared_ptr<const std::vector<std::uint64_t>>;  // ascending; null: all
 
 struct ListedFile {
   std::string path;
@@ -43,14 +37,6 @@ struct ListedFile {
   // For shards and objects:
   std::shared_ptr<const SkeletonFiles> skeleton_files = {};
   ObjectIds ids = {};
-};
-
-struct ListingOptions {
-  MorphologyVersion versions = MorphologyVersion::cng;
-  ObjectIds ids = {};                                  // of skeletons
-  AttributeConditions where{{}};                       // on their properties
-  std::optional<std::array<Vector3d, 2>> box_um = {};  // where some of their nodes are
-  RemoteOptions remote = {};
 };
 
 // The file by its name, as a file argument: any ending that is not known is SWC. Of a .csv file, its beginning decides.
