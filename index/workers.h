@@ -1,6 +1,7 @@
 // Runs one function on several threads. Thread rule: any thread may call it; each call starts its own threads.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cstddef>
 #include <exception>
@@ -37,6 +38,16 @@ void runWorkers(std::size_t threads, const Run& run) {
   }
   for (const std::exception_ptr& failure : failures)
     if (failure) std::rethrow_exception(failure);
+}
+
+// Calls run(i) once for each i below `count`, on at most `most` threads, in any order; none more after one throws.
+template <typename Run>
+void runItems(std::size_t count, std::size_t most, const Run& run) {
+  std::atomic<std::size_t> next{0};
+  runWorkers(std::clamp<std::size_t>(count, 1, std::max<std::size_t>(most, 1)),
+             [&](std::size_t, const std::atomic<bool>& failed) {
+               for (std::size_t i = next++; i < count && !failed; i = next++) run(i);
+             });
 }
 
 }  // namespace filiform

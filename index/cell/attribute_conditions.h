@@ -5,6 +5,7 @@
 #pragma once
 
 #include "index/cell/attribute.h"
+#include "index/errors.h"
 
 #include <string>
 #include <vector>

@@ -10,7 +10,6 @@
 #include "index/workers.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cstdlib>
 #include <exception>
 #include <optional>
@@ -23,7 +22,6 @@ namespace {
 
 constexpr std::string_view kSchemes = "gs://, s3://, http:// or https://";
 constexpr std::uint64_t kMostShardsAsked = 65536;
-constexpr std::size_t kMostAsking = 16;  // requests at once
 
 std::string shownOf(const std::string& address) {
   const std::size_t slash = address.rfind('/');
@@ -69,17 +67,13 @@ std::vector<std::string> shardsAt(const SkeletonFiles& files, const SkeletonInfo
   }
   const std::vector<std::uint64_t> asked(numbers.begin(), numbers.end());
   std::vector<std::exception_ptr> absent(asked.size());  // why a shard is not there; without objects it has no file
-  std::atomic<std::size_t> next{0};
-  const std::size_t most = std::min<std::size_t>(kMostAsking, options.remote.connections);
-  runWorkers(std::clamp<std::size_t>(asked.size(), 1, most), [&](unsigned, const std::atomic<bool>& failed) {
-    for (std::size_t i = next++; i < asked.size() && !failed; i = next++) {
-      try {
-        files.size(info.sharding->fileNameOf(asked[i]));
-      } catch (const NotOnServer&) {
-        absent[i] = std::current_exception();
-      } catch (const DeniedByServer&) {  // also the answer of some object stores for a file that is not there
-        absent[i] = std::current_exception();
-      }
+  runItems(asked.size(), requestsAtOnce(options.remote.connections), [&](std::size_t i) {
+    try {
+      files.size(info.sharding->fileNameOf(asked[i]));
+    } catch (const NotOnServer&) {
+      absent[i] = std::current_exception();
+    } catch (const DeniedByServer&) {  // also the answer of some object stores for a file that is not there
+      absent[i] = std::current_exception();
     }
   });
   std::vector<std::string> names;

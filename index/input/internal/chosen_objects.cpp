@@ -7,7 +7,6 @@
 #include "index/workers.h"
 
 #include <algorithm>
-#include <atomic>
 #include <iterator>
 #include <map>
 #include <mutex>
@@ -19,8 +18,6 @@ namespace filiform::internal {
 namespace {
 
 using Ids = std::vector<std::uint64_t>;
-
-constexpr std::size_t kMostAsking = 16;  // requests at once
 
 Ids objectsWhere(const AttributeConditions& conditions, const SegmentProperties& properties) {
   const auto attributesOf = [&](std::uint64_t id) {
@@ -56,22 +53,18 @@ Ids objectsWhere(const AttributeConditions& conditions, const SegmentProperties&
 
 Ids objectsIn(const Box_nm& box, const SkeletonFiles& files, const SpatialIndex& index, std::size_t connections) {
   const std::vector<std::string> names = index.filesIn(box);
-  std::atomic<std::size_t> next{0};
   std::mutex mutex;
   Ids ids;
-  const std::size_t most = std::min(kMostAsking, connections);
-  runWorkers(std::clamp<std::size_t>(names.size(), 1, most), [&](unsigned, const std::atomic<bool>& failed) {
-    for (std::size_t i = next++; i < names.size() && !failed; i = next++) {
-      auto text = files.findText(names[i], SpatialIndex::kMaxBytes);
-      if (!text) text = files.findText(names[i] + ".gz", SpatialIndex::kMaxBytes);  // as CloudVolume copies it
-      if (!text)
-        throw IoError(inShort(files.pathOf(names[i])),
-                      "is missing, so the spatial index has a hole in this box; name the objects with --ids");
-      Ids here;
-      SpatialIndex::objectsIn(box, *text, files.pathOf(names[i]), here);
-      const std::scoped_lock lock(mutex);
-      ids.insert(ids.end(), here.begin(), here.end());
-    }
+  runItems(names.size(), requestsAtOnce(connections), [&](std::size_t i) {
+    auto text = files.findText(names[i], SpatialIndex::kMaxBytes);
+    if (!text) text = files.findText(names[i] + ".gz", SpatialIndex::kMaxBytes);  // as CloudVolume copies it
+    if (!text)
+      throw IoError(inShort(files.pathOf(names[i])),
+                    "is missing, so the spatial index has a hole in this box; name the objects with --ids");
+    Ids here;
+    SpatialIndex::objectsIn(box, *text, files.pathOf(names[i]), here);
+    const std::scoped_lock lock(mutex);
+    ids.insert(ids.end(), here.begin(), here.end());
   });
   std::sort(ids.begin(), ids.end());
   ids.erase(std::unique(ids.begin(), ids.end()), ids.end());

@@ -6,7 +6,9 @@
 #include "index/geometry/grid.h"
 #include "index/remote/remote_options.h"
 
+#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -23,5 +25,8 @@ struct ListingOptions {
   std::optional<std::array<Vector3d, 2>> box_um = {};  // where some of their nodes are
   RemoteOptions remote = {};
 };
+
+// Small files that are asked of a server at a time.
+inline std::size_t requestsAtOnce(std::size_t connections) { return std::min<std::size_t>(16, connections); }
 
 }  // namespace filiform::internal
