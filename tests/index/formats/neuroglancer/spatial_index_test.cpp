@@ -28,7 +28,7 @@ Names filesIn(const Box_nm& box, const std::string& skeletons = kSkeletons, cons
 }
 
 template <class Call>
-std::string refusalOf(Call call) {
+std::string inputErrorOf(Call call) {
   try {
     call();
   } catch (const InputError& failure) {
@@ -58,13 +58,16 @@ TEST(SpatialIndex, NamesHaveTheDecimalsOfTheResolution) {
 
 TEST(SpatialIndex, WhatIsNotStatedIsSaid) {
   const Box_nm box{{{0, 0, 0}, {1, 1, 1}}};
-  EXPECT_NE(refusalOf([&] { filesIn(box, "{}"); }).find("skeletons/info: names no spatial_index"), std::string::npos);
-  EXPECT_NE(refusalOf([&] { filesIn(box, R"({"spatial_index": {"chunk_size": [0, 1, 1]}})"); }).find("no chunk_size"),
+  EXPECT_NE(inputErrorOf([&] { filesIn(box, "{}"); }).find("skeletons/info: names no spatial_index"),
             std::string::npos);
-  EXPECT_NE(refusalOf([&] { filesIn(box, kSkeletons, "[]"); }).find("volume/info: states no scale"), std::string::npos);
+  EXPECT_NE(
+      inputErrorOf([&] { filesIn(box, R"({"spatial_index": {"chunk_size": [0, 1, 1]}})"); }).find("no chunk_size"),
+      std::string::npos);
+  EXPECT_NE(inputErrorOf([&] { filesIn(box, kSkeletons, "[]"); }).find("volume/info: states no scale"),
+            std::string::npos);
   const double far = std::numeric_limits<double>::infinity();
   EXPECT_NE(
-      refusalOf([&] {
+      inputErrorOf([&] {
         filesIn({{{-far, -far, -far}, {far, far, far}}}, R"({"spatial_index": {"chunk_size": [1, 1, 1]}})", kVolume);
       }).find("too many chunks"),
       std::string::npos);
@@ -79,7 +82,7 @@ TEST(SpatialIndex, ObjectsOfAFileAreThoseInTheBox) {
   std::sort(ids.begin(), ids.end());
   EXPECT_EQ(ids, (std::vector<std::uint64_t>{8, UINT64_MAX}));
   for (const char* const bad : {"[]", R"({"x": [0, 0, 0, 1, 1, 1]})", R"({"7": [0, 0, 0, 1, 1]})", R"({"7": 3})", "{"})
-    EXPECT_NE(refusalOf([&] { SpatialIndex::objectsIn(box, bad, "x.spatial", ids); }).find("x.spatial: "),
+    EXPECT_NE(inputErrorOf([&] { SpatialIndex::objectsIn(box, bad, "x.spatial", ids); }).find("x.spatial: "),
               std::string::npos)
         << bad;
 }
