@@ -298,12 +298,11 @@ void addDevices(CLI::App& app, Chosen& chosen) {
                    "walk through all tests of a device and write a report that may be sent (JSON)")
       ->type_name("FILE");
   command
-      ->add_option_function<std::vector<int>>(
+      ->add_option_function<std::string>(
           "--simulate-haply",
-          [a](const std::vector<int>& port) { a->simulated_port = port.empty() ? 10001 : port.front(); },
-          "serve a simulated Haply service with an Inverse3 on this port of 127.0.0.1, until Ctrl-C; 10001, or 0: a "
-          "free "
-          "one")
+          [a](const std::string& port) { a->simulated_port = port.empty() ? 10001 : std::stoi(port); },
+          "serve a simulated Haply service with an Inverse3 on this port of 127.0.0.1, until Ctrl-C; without PORT "
+          "10001; 0: a free one")
       ->expected(0, 1)
       ->check(CLI::Range(0, 65535))
       ->excludes("--test", "--json", "--report", "--record")

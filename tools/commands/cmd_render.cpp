@@ -263,9 +263,10 @@ SceneFigures drawFilm(const TileStore& store, const RenderArguments& a,
 void checkPictureName(const std::string& out) {
   const std::string ending = std::filesystem::path(out).extension().string();
   if (ending.empty() || endsWithNoCase(out, ".png") || !isFileOutput(out)) return;
-  throw UsageError("--output " + inShort(out) +
-                   ": the ending chooses the format: FILE.png, or - for standard output; with --path a film: FILE.mp4, "
-                   ".mkv, .webm, .mov or FILE-%05d.png");
+  throw UsageError(
+      "--output " + inShort(out) +
+      ": pictures are FILE.png (there is no other format), or - for standard output; with --path a film: FILE.mp4, "
+      ".mkv, .webm, .mov or FILE-%05d.png");
 }
 
 int runRender(const RenderArguments& a) {

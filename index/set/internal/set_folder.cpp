@@ -169,7 +169,8 @@ void SetFolder::inspect(Purpose purpose) {
     if (name == kCurrentFile) {
       has_current = true;
     } else if (!isRevisionName(name) && !isTemporaryName(name)) {
-      throw InputError(path_ + ": is not a tile set and holds other files; choose another name");
+      throw InputError(path_ + ": holds a file that filiform did not make (" + escaped(name, 80) +
+                       "); move it, or choose another name");
     }
   }
   if (purpose == Purpose::grow) {

@@ -367,6 +367,18 @@ void Travel::listTiles(std::function<void(std::vector<NearTile>)> listed) {
   });
 }
 
+namespace {
+
+const char* whyNotFrom(Action action) {
+  if (action == Action::next_branch || action == Action::next_sample) return "this is a tip: nothing follows";
+  if (action == Action::previous_branch || action == Action::parent_sample)
+    return "this is a root: nothing comes before";
+  if (action == Action::other_branch) return "there is no other branch here";
+  return action == Action::soma ? "this tree has no soma" : "no tip can be reached from here";
+}
+
+}  // namespace
+
 void Travel::step(Action action) {
   const CellWalk* read = walk();
   if (read == nullptr)
@@ -391,7 +403,7 @@ void Travel::step(Action action) {
     if (!tips_.empty()) to = tips_[tips_at_];
     if (to) last_tip_ = read->graph().position_W(*to);
   }
-  if (!to) return messages_.say("there is no such place from here");
+  if (!to) return messages_.say(whyNotFrom(action));
   goWhenFound([this, read = walk_, cell = now().place.segment.cell, node = *to] {
     return finder().atSample(*read, cell, node);
   });
