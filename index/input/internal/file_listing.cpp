@@ -49,8 +49,10 @@ ListedFile listedFrom(WalkedFile& walked) {
   return file;
 }
 
-// The first bytes of a file; nullopt if it cannot be read.
+// The first bytes of a file; nullopt if it cannot be read, or is a pipe, which would block.
 std::optional<std::string> headOf(const std::string& path) {
+  std::error_code error;
+  if (!fs::is_regular_file(path, error)) return std::nullopt;
   std::ifstream in(path, std::ios::binary);
   std::string head(kHeadBytes, '\0');
   in.read(head.data(), static_cast<std::streamsize>(head.size()));
@@ -184,8 +186,9 @@ std::vector<ListedFile> listSkeletons(const std::string& folder, const ListingOp
 ListedFile fileArgument(const std::string& path, const std::string& shown) {
   ListedFile file{path, shown};
   file.kind = kindOf(path);
-  if (file.kind == FileKind::catmaid && !CatmaidColumns::of(firstLine(headOf(path).value_or(""))).isCatmaid())
-    file.kind = FileKind::cell;  // SWC with commas
+  if (file.kind == FileKind::catmaid)
+    if (const std::optional<std::string> head = headOf(path); head && !CatmaidColumns::of(firstLine(*head)).isCatmaid())
+      file.kind = FileKind::cell;  // SWC with commas
   if (file.kind != FileKind::cell) return file;
   file.not_read = whyNotRead(withoutGz(path));
   file.packed = endsWithNoCase(path, ".gz");

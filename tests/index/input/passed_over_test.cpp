@@ -4,10 +4,12 @@
 #include "index/ingest/input_provenance.h"
 #include "index/input/input.h"
 #include "tests/support/temp_folder.h"
+#include "tests/support/variable.h"
 #include "tests/support/zip_builder.h"
 
 #include <filesystem>
 #include <sstream>
+#include <sys/stat.h>
 
 #include <gtest/gtest.h>
 
@@ -155,6 +157,43 @@ TEST(PassedOver, H5AndMouseLightOfArchivesAreRead) {
   EXPECT_EQ(totals(input.reports()).passed_over, (std::map<std::string, std::uint64_t>{{".h5", 1}, {".json", 1}}));
   const std::string said = summary(input.reports());
   EXPECT_NE(said.find("skipped a.zip/cut.json: line 1: ends inside a list or an object"), std::string::npos) << said;
+}
+
+TEST(PassedOver, FilesOfArchivesAreNotWrittenToADisk) {
+  const test::TempFolder folder;
+  writeMorphology(folder.file("m.h5"));
+  test::writeBytes(folder.file("a.zip"), test::buildZip({test::zipMember("m.h5", test::readBytes(folder.file("m.h5"))),
+                                                         test::zipMember("AA1.json", kOneNeuron)}));
+  const test::Variable no_disk("TMPDIR", folder.file("missing"));
+  Input input({folder.file("a.zip")});
+  EXPECT_EQ(sourcesRead(input), (std::vector<std::string>{"a.zip/AA1.json/AA1", "a.zip/m.h5"}));
+}
+
+TEST(PassedOver, AFileOfAnArchiveBeyondItsShareOfTheMemoryIsRefused) {
+  const test::TempFolder folder;
+  const std::string blanks(std::size_t{2} << 20, ' ');
+  test::writeBytes(folder.file("a.zip"), test::buildZip({test::zipMember("AA1.json", kOneNeuron),
+                                                         test::zipMember("large.json", kOneNeuron + blanks),
+                                                         test::zipMember("other.json", "{}" + blanks)}));
+  InputOptions options;
+  options.memory = std::uint64_t{16} << 20;
+  Input input({folder.file("a.zip")}, options);
+  EXPECT_EQ(sourcesRead(input), std::vector<std::string>{"a.zip/AA1.json/AA1"});
+  EXPECT_EQ(totals(input.reports()).passed_over, (std::map<std::string, std::uint64_t>{{".json", 1}}));
+  const std::string said = summary(input.reports());
+  EXPECT_NE(said.find("skipped a.zip/large.json: 2097259 bytes, but such a file of an archive is read in memory, up to "
+                      "2097152 bytes; unpack the archive (E_UNREADABLE)"),
+            std::string::npos)
+      << said;
+}
+
+TEST(PassedOver, APipeNamedLikeATableIsRefusedAndNotOpened) {
+  const test::TempFolder folder;
+  test::writeBelow(folder, "a.swc", kTwoSamples);
+  ASSERT_EQ(::mkfifo(folder.file("pipe.csv").c_str(), 0600), 0);
+  Input input({folder.path()});
+  EXPECT_EQ(sourcesRead(input), std::vector<std::string>{"a.swc"});
+  EXPECT_EQ(rowsChecked(input), "a.swc\taccept\t2\t1\t-\t-\npipe.csv\trefuse\t0\t0\t-\tE_UNREADABLE:1\n");
 }
 
 TEST(PassedOver, LinksOfArchivesAreCountedWhateverTheirName) {
