@@ -95,9 +95,8 @@ bool SyncedCells::isEqual(std::uint32_t id, const Cell& cell) const {
   return bounds.lo == record.bounds.lo && bounds.hi == record.bounds.hi;
 }
 
-void SyncedCells::finish(const std::vector<Provenance::Lost>& lost, bool remove) {
-  std::unordered_set<std::string> lost_names;
-  for (const Provenance::Lost& input : lost) lost_names.insert(input.name);
+void SyncedCells::finish(const std::vector<std::string>& unusable, bool remove) {
+  const std::unordered_set<std::string> held_names(unusable.begin(), unusable.end());
   for (Passed& passed : passed_) {  // replaces the cells of its source in the order of ids
     const auto found = open_.find(passed.source);
     if (found == open_.end() || found->second.empty()) {
@@ -111,7 +110,7 @@ void SyncedCells::finish(const std::vector<Provenance::Lost>& lost, bool remove)
   }
   for (const auto& [source, ids] : open_) {
     if (ids.empty()) continue;
-    const bool read = fates_.contains(source), held = !read && isIn(lost_names, source);
+    const bool read = fates_.contains(source), held = !read && isIn(held_names, source);
     if (read) fates_[source] = SyncFate::kChanged;
     const SyncFate fate = held ? SyncFate::kHeld : remove ? SyncFate::kRemoved : SyncFate::kGone;
     if (!read) fates_[source] = fate;
