@@ -151,6 +151,17 @@ ShardScheme shardingOf(const Json& json, Fail fail) {
   return sharding;
 }
 
+// The folder below that of the info that a member names; empty: none.
+std::string folderBelow(const Json& json, const char* key, const std::string& file) {
+  if (!json.contains(key) || !json[key].is_string()) return {};
+  std::string folder = json[key].get<std::string>();
+  while (folder.ends_with('/') && folder.size() > 1) folder.pop_back();
+  if (folder.find("..") != std::string::npos || folder.starts_with('/'))
+    throw InputError(inShort(file) + ": its " + key +
+                     " lead out of the folder; read a copy of it in which they do not");
+  return folder;
+}
+
 }  // namespace
 
 double SkeletonInfo::radiusUnit_nm() const {
@@ -186,11 +197,11 @@ SkeletonInfo::Elsewhere SkeletonInfo::elsewhere(std::string_view text, const std
   if (type != "neuroglancer_multiscale_volume" &&
       (!json.contains("scales") || (kind != "image" && kind != "segmentation")))
     return {.folder = {}, .what = escaped(type, 60)};
-  Elsewhere found{.folder = member("skeletons")};
-  while (found.folder.ends_with('/')) found.folder.pop_back();
-  if (found.folder.find("..") != std::string::npos || found.folder.starts_with('/'))
-    throw InputError(inShort(file) + ": its skeletons lead out of the folder");
-  if (!found.folder.empty()) return found;
+  Elsewhere found{.folder = folderBelow(json, "skeletons", file)};
+  if (!found.folder.empty()) {
+    found.segment_properties = folderBelow(json, "segment_properties", file);
+    return found;
+  }
   found.what = kind == "image"           ? "an image volume, which has no skeletons"
                : !member("mesh").empty() ? "a volume with meshes, but without skeletons"
                                          : "a volume without skeletons";
@@ -205,11 +216,7 @@ SkeletonInfo SkeletonInfo::parse(std::string_view text, const std::string& file)
   if (!isOfSkeletons(json)) fail("is not the info of neuroglancer skeletons");
   SkeletonInfo info;
   if (json.contains("sharding") && !json["sharding"].is_null()) info.sharding = shardingOf(json["sharding"], fail);
-  if (json.contains("segment_properties") && json["segment_properties"].is_string()) {
-    info.segment_properties = json["segment_properties"].get<std::string>();
-    if (info.segment_properties.find("..") != std::string::npos || info.segment_properties.starts_with('/'))
-      fail("its segment_properties lead out of the folder");
-  }
+  info.segment_properties = folderBelow(json, "segment_properties", file);
   if (json.contains("transform")) {
     const Json& transform = json["transform"];
     bool good = transform.is_array() && transform.size() == info.transform_nm.size();

@@ -47,7 +47,8 @@ struct SkeletonInfo {
 
   // What the text of an `info` leads to if it is not that of skeletons.
   struct Elsewhere {
-    std::string folder;  // with the skeletons of a volume, below that of the info; empty: there are none
+    std::string folder;                // with the skeletons of a volume, below that of the info; empty: there are none
+    std::string segment_properties{};  // of the volume, as SkeletonInfo::segment_properties
     std::string what{};  // what the info describes, such as "an image volume, which has no skeletons"; empty: not known
   };
   // Throws InputError naming `file` for a folder that leads out of that of the info.

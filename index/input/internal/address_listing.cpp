@@ -124,10 +124,14 @@ std::vector<ListedFile> listAddress(const std::string& given, const ListingOptio
   std::string address = given;
   auto source = filesAtAddress(address, options.remote);
   std::string text = infoAt(*source);
+  std::shared_ptr<const SkeletonFiles> volume;
+  std::string volume_properties;
   if (!SkeletonInfo::isSkeletonInfo(text)) {
     const SkeletonInfo::Elsewhere there = SkeletonInfo::elsewhere(text, source->pathOf("info"));
     if (!there.folder.empty()) {
       address += "/" + there.folder;
+      volume = source;
+      volume_properties = there.segment_properties;
       source = filesAtAddress(address, options.remote);
       text = infoAt(*source);
     }
@@ -137,7 +141,8 @@ std::vector<ListedFile> listAddress(const std::string& given, const ListingOptio
                        "; give the address of a folder of skeletons, or of a volume whose info names one");
   }
   const auto info = std::make_shared<const SkeletonInfo>(SkeletonInfo::parse(text, source->pathOf("info")));
-  const auto properties = readProperties(*source, *info);
+  auto properties = readProperties(*source, info->segment_properties);
+  if (!properties && volume) properties = readProperties(*volume, volume_properties);
   ListingOptions wanted = options;
   if (!wanted.ids && properties && !properties->ids().empty())
     wanted.ids = std::make_shared<const std::vector<std::uint64_t>>(properties->ids());

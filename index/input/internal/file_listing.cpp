@@ -111,9 +111,10 @@ ListedFile shardOf(const std::shared_ptr<const SkeletonFiles>& files, const std:
 }
 
 // The files of a folder of Neuroglancer skeletons, or of a volume's folder whose info names them; empty for another
-// folder. `is_volume`: the folder is named by the info of a volume.
+// folder. `volume`: the folder of a volume whose info names this folder; its properties are a folder there.
 std::vector<ListedFile> listSkeletons(const std::string& folder, const ListingOptions& options,
-                                      bool is_volume = false) {
+                                      const SkeletonFiles* volume = nullptr,
+                                      const std::string& volume_properties = {}) {
   const std::shared_ptr<const SkeletonFiles> source = filesInFolder(folder);
   std::error_code error;
   const std::string path = source->pathOf("info");
@@ -128,16 +129,17 @@ std::vector<ListedFile> listSkeletons(const std::string& folder, const ListingOp
   if (!text) return {};
   if (!SkeletonInfo::isSkeletonInfo(*text)) {
     const SkeletonInfo::Elsewhere there = SkeletonInfo::elsewhere(*text, path);
-    if (there.folder.empty() || is_volume) return {};
+    if (there.folder.empty() || volume != nullptr) return {};
     const std::string below = source->pathOf(there.folder);
-    std::vector<ListedFile> files = listSkeletons(below, options, true);
+    std::vector<ListedFile> files = listSkeletons(below, options, source.get(), there.segment_properties);
     if (files.empty())
       throw InputError(inShort(path) + ": names the folder of skeletons " + escaped(there.folder, 100) +
                        ", which has no info of skeletons");
     return files;
   }
   const auto info = std::make_shared<const SkeletonInfo>(SkeletonInfo::parse(*text, path));
-  const auto properties = readProperties(*source, *info);
+  auto properties = readProperties(*source, info->segment_properties);
+  if (!properties && volume != nullptr) properties = readProperties(*volume, volume_properties);
   std::set<std::string> shards;  // that may hold the wanted objects
   if (info->sharding && options.ids)
     for (const std::uint64_t id : *options.ids) shards.insert(info->sharding->fileNameOf(info->sharding->shardOf(id)));
@@ -203,9 +205,9 @@ ListedFile missingObject(const SkeletonFiles& files, std::uint64_t id, const std
   return file;
 }
 
-std::shared_ptr<const SegmentProperties> readProperties(const SkeletonFiles& files, const SkeletonInfo& info) {
-  if (info.segment_properties.empty()) return nullptr;
-  const std::string file = info.segment_properties + "/info";
+std::shared_ptr<const SegmentProperties> readProperties(const SkeletonFiles& files, const std::string& folder) {
+  if (folder.empty()) return nullptr;
+  const std::string file = folder + "/info";
   const auto text = files.findText(file, SegmentProperties::kMaxBytes);
   return text ? std::make_shared<const SegmentProperties>(*text, files.pathOf(file)) : nullptr;
 }

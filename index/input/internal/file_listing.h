@@ -49,9 +49,9 @@ struct ListingOptions {
 // The file by its name, as a file argument: any ending that is not known is SWC. Of a .csv file, its beginning decides.
 ListedFile fileArgument(const std::string& path, const std::string& shown);
 
-// The segment properties that an info of skeletons names; null if it names none, or if they are not there. Throws
-// InputError and IoError.
-std::shared_ptr<const SegmentProperties> readProperties(const SkeletonFiles& files, const SkeletonInfo& info);
+// The segment properties in a folder below that of the info; null if the name is empty, or if they are not there.
+// Throws InputError and IoError.
+std::shared_ptr<const SegmentProperties> readProperties(const SkeletonFiles& files, const std::string& folder);
 
 // The row of an object that is not there, refused for this reason.
 ListedFile missingObject(const SkeletonFiles& files, std::uint64_t id, const std::string& reason);
@@ -67,9 +67,9 @@ std::vector<ListedFile> listFiles(const std::string& folder, const ListingOption
 // other text. Throws UsageError for a malformed address, InputError for another format behind `|`.
 std::string skeletonAddress(const std::string& argument);
 // The shards, or all objects as one file, of the skeletons at an address, or of those that the info of a volume there
-// names. Ids are those of the options, else those of
-// the segment properties; without both, all shards are asked for, and an unsharded source is refused. Throws InputError
-// and IoError.
+// names. Segment properties are those of the skeletons, else those of the volume. Ids are those of the options, else
+// those of the segment properties; without both, all shards are asked for, and an unsharded source is refused. Throws
+// InputError, IoError, and what filesAtAddress() throws.
 std::vector<ListedFile> listAddress(const std::string& address, const ListingOptions& options);
 
 // Lists the content of a file that holds many inputs; null for a cell. `hdf5` lists H5 files. `progress` is called
