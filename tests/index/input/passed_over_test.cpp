@@ -68,7 +68,7 @@ TEST(PassedOver, EveryFileOfAFolderIsCountedByItsEnding) {
 
 TEST(PassedOver, TheReasonNamesTheFormat) {
   const test::TempFolder folder;
-  for (const char* name : {"a.swc", "m.hoc", "x.png", "package.json"}) test::writeBelow(folder, name, kTwoSamples);
+  for (const char* name : {"a.swc", "m.hoc", "n.nml.gz", "o.OBJ", "x.png", "package.json"}) test::writeBelow(folder, name, kTwoSamples);
   Input input({folder.path()});
   sourcesRead(input);
   std::string said;
@@ -78,6 +78,8 @@ TEST(PassedOver, TheReasonNamesTheFormat) {
   EXPECT_EQ(
       said,
       "a.swc accepted \nm.hoc passed NEURON (.hoc), which filiform does not read\n"
+      "n.nml.gz passed packed; only .swc.gz, .asc.gz and .tar.gz are read\n"
+      "o.OBJ passed a graph, which is read only if the file is named\n"
       "package.json passed holds no cell that filiform reads\nx.png passed no format of neurons that filiform reads\n");
 }
 
