@@ -68,7 +68,8 @@ TEST(PassedOver, EveryFileOfAFolderIsCountedByItsEnding) {
 
 TEST(PassedOver, TheReasonNamesTheFormat) {
   const test::TempFolder folder;
-  for (const char* name : {"a.swc", "m.hoc", "n.nml.gz", "o.OBJ", "x.png", "package.json"}) test::writeBelow(folder, name, kTwoSamples);
+  for (const char* name : {"a.swc", "m.hoc", "n.nml.gz", "o.OBJ", "x.png", "package.json"})
+    test::writeBelow(folder, name, kTwoSamples);
   Input input({folder.path()});
   sourcesRead(input);
   std::string said;
