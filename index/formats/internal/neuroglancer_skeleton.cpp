@@ -215,9 +215,10 @@ SkeletonInfo SkeletonInfo::parse(std::string_view text, const std::string& file)
   const Json json = internal::boundedJson(text);
   if (!isOfSkeletons(json)) fail("is not the info of neuroglancer skeletons");
   SkeletonInfo info;
-  if (json.contains("sharding") && !json["sharding"].is_null()) info.sharding = shardingOf(json["sharding"], fail);
+  const auto states = [&](const char* key) { return json.contains(key) && !json[key].is_null(); };
+  if (states("sharding")) info.sharding = shardingOf(json["sharding"], fail);
   info.segment_properties = folderBelow(json, "segment_properties", file);
-  if (json.contains("transform")) {
+  if (states("transform")) {
     const Json& transform = json["transform"];
     bool good = transform.is_array() && transform.size() == info.transform_nm.size();
     for (std::size_t i = 0; good && i < info.transform_nm.size(); ++i) {
@@ -227,7 +228,7 @@ SkeletonInfo SkeletonInfo::parse(std::string_view text, const std::string& file)
     }
     if (!good) fail("its transform is not 12 finite numbers");
   }
-  if (!json.contains("vertex_attributes")) return info;
+  if (!states("vertex_attributes")) return info;
   if (!json["vertex_attributes"].is_array()) fail("its vertex_attributes are not a list");
   static constexpr std::pair<std::string_view, Type> kTypes[] = {
       {"float32", Type::kFloat32}, {"int8", Type::kInt8},   {"uint8", Type::kUint8},  {"int16", Type::kInt16},
