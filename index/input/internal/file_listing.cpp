@@ -37,8 +37,8 @@ bool holdsCells(std::string_view name) {
 }
 
 bool isSkeletonId(std::string_view name) {
-  const std::string_view bare = withoutGz(name);
-  return !bare.empty() && bare.find_first_not_of("0123456789") == std::string_view::npos;
+  std::uint64_t id = 0;
+  return readObjectId(withoutGz(name), id);
 }
 
 bool isShard(std::string_view name) { return endsWithNoCase(name, ".shard"); }

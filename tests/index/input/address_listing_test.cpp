@@ -190,6 +190,26 @@ TEST_F(AddressListing, BytesBehindACodingAreRefusedAtOnce) {
   EXPECT_EQ(asked, 1);
 }
 
+TEST_F(AddressListing, AShardThatIsRefusedIsNotCalledMissing) {
+  write("h/info", R"({"@type": "neuroglancer_skeletons", "sharding": {"@type": "neuroglancer_uint64_sharded_v1",
+      "preshift_bits": 0, "hash": "identity", "minishard_bits": 0, "shard_bits": 2}})");
+  const std::string pair = bytesOfPair();
+  std::string shard;
+  const auto add = [&](std::uint64_t number) {
+    for (int i = 0; i < 8; ++i) shard += static_cast<char>(number >> 8 * i);
+  };
+  for (const std::uint64_t number : {pair.size(), pair.size() + 24}) add(number);
+  shard += pair;
+  for (const std::uint64_t number : {std::size_t{5}, std::size_t{0}, pair.size()}) add(number);
+  write("h/1.shard", shard);
+  server_.fault("status", "/h/2.shard", 1000, {{"status", 403}});
+  EXPECT_EQ(readAll(server_ / "h", {5, 6, 7}),
+            (Found{"1.shard/5 ", "6: its shard 2.shard is refused by the server (403), or is not there",
+                   "7: its shard 3.shard is not on the server (404)"}));
+  EXPECT_NE(failureOf<IoError>(server_ / "h", {6}).find("refuses access (403)"), std::string::npos);
+  EXPECT_NE(failureOf<InputError>(server_ / "h", {7}).find("holds no shard with these ids"), std::string::npos);
+}
+
 TEST_F(AddressListing, AnEndedRunGoesOnFromTheCache) {
   write("s/1", bytesOfPair());
   write("s/3", bytesOfPair());

@@ -130,7 +130,8 @@ TEST(SegmentProperties, NameTheCellsOfAFolder) {
   const test::TempFolder folder;
   std::filesystem::create_directories(folder.file("s/names"));
   test::writeBytes(folder.file("s/info"), R"({"@type": "neuroglancer_skeletons", "segment_properties": "names"})");
-  for (const char* const id : {"1", "3", "5"}) test::writeBytes(folder.file(std::string("s/") + id), kNode);
+  for (const char* const id : {"1", "3", "5", "18446744073709551616"})  // the last is no id
+    test::writeBytes(folder.file(std::string("s/") + id), kNode);
   const auto read = [&] {
     std::map<std::string, std::string> cells;
     Input input({folder.file("s")});
