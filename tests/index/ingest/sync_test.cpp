@@ -171,6 +171,24 @@ TEST_F(Sync, CellsOfADamagedEntryStayWhateverItsName) {
   EXPECT_EQ(names().size(), 3u);
 }
 
+TEST_F(Sync, TheCellOfADamagedFileStaysBesideAnEqualSource) {
+  const auto pack = [&](std::optional<std::uint32_t> crc32) {
+    std::vector<test::ZipMember> members = {test::zipMember("a.swc", "1 1 0 0 0 2 -1\n2 3 9 0 0 1 1\n"),
+                                            test::zipMember("a.swc", "1 1 0 0 0 2 -1\n2 3 7 0 0 1 1\n")};
+    members[1].crc32 = crc32;
+    writeBytes(lab_ + "/z.zip", test::buildZip(members));
+  };
+  pack(std::nullopt);
+  make(set_);
+  pack(7);
+  const SyncResult result = sync(true);
+  EXPECT_EQ(result.counts.equal, 1u);
+  EXPECT_EQ(result.counts.held, 1u);
+  EXPECT_EQ(result.counts.removed, 0u);
+  EXPECT_EQ(fate("z.zip/a.swc"), "held");
+  EXPECT_EQ(names(), (std::vector<std::string>{"a", "a#2"}));
+}
+
 TEST_F(Sync, CellsOfAFileThatIsPassedOverNowStay) {
   const auto neurons = [](const std::string& name) {
     return R"({"neurons": [{"idString": ")" + name +

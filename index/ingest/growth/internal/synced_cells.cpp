@@ -110,13 +110,14 @@ void SyncedCells::finish(const std::vector<std::string>& unusable, bool remove) 
   }
   for (const auto& [source, ids] : open_) {
     if (ids.empty()) continue;
-    const bool read = fates_.contains(source), held = !read && isIn(held_names, source);
-    if (read) fates_[source] = SyncFate::kChanged;
-    const SyncFate fate = held ? SyncFate::kHeld : remove ? SyncFate::kRemoved : SyncFate::kGone;
-    if (!read) fates_[source] = fate;
+    const SyncFate fate = isIn(held_names, source)  ? SyncFate::kHeld
+                          : fates_.contains(source) ? SyncFate::kChanged
+                          : remove                  ? SyncFate::kRemoved
+                                                    : SyncFate::kGone;
+    fates_[source] = fate;
     for (const std::uint32_t id : ids) {
-      removed_[id] = read || fate == SyncFate::kRemoved;
-      ++(removed_[id] ? counts_.removed : held ? counts_.held : counts_.gone);
+      removed_[id] = fate == SyncFate::kChanged || fate == SyncFate::kRemoved;
+      ++(removed_[id] ? counts_.removed : fate == SyncFate::kHeld ? counts_.held : counts_.gone);
       if (!removed_[id]) staying_.push_back(id);
     }
   }

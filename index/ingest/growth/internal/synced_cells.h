@@ -26,8 +26,9 @@ class SyncedCells final : public CellStream {
   bool next(Cell& cell) override;
 
   // After the stream's end. Decides what becomes of the cells of the set that the stream did not have. A cell is held
-  // if its source is one of `unusable`, or lies in it: it stays, since its file cannot be used now. Others of a source
-  // that the stream had are replaced; others are gone, and stay unless `remove`.
+  // if its source is one of `unusable`, or lies in it: it stays, since its file cannot be used now, also if the stream
+  // had another cell of an equal source. Others of a source that the stream had are replaced; others are gone, and stay
+  // unless `remove`.
   void finish(const std::vector<std::string>& unusable, bool remove);
   // After finish():
   const SyncCounts& counts() const { return counts_; }
