@@ -47,6 +47,7 @@ class Repair {
   Repair(Cell& cell, const RepairOptions& options) : cell_(cell), options_(options) {}
 
   std::vector<RepairChange> run() {
+    setRadii();
     for (int round = 0; round < kMostRepairRounds; ++round) {
       const std::size_t before = changes_.size();
       if (options_.drop_long_links) dropLongLinks();
@@ -54,7 +55,6 @@ class Repair {
       if (options_.soma_links) linkSomata();
       if (changes_.size() == before) break;
     }
-    setRadii();
     cutHeader();
     renumber();
     orderParentsFirst();
@@ -70,6 +70,7 @@ class Repair {
     AnatomyCheck check;
     for (int round = 0; round < kMostDrops; ++round) {
       const std::vector<Finding>& findings = check.of(cell_);
+      if (check.median_um() > 0) most_um_ = AnatomyCheck::kLongLink * check.median_um();
       if (std::none_of(findings.begin(), findings.end(),
                        [](const Finding& f) { return f.kind == FindingKind::kLongLinks && f.doubt; }))
         return;
@@ -129,7 +130,8 @@ class Repair {
     std::vector<Candidate> found;
     if (std::all_of(root.begin(), root.end(), [&](std::uint32_t r) { return r == root.front(); })) return found;
     constexpr int kReach = 4;  // boxes on each side
-    const double edge_um = options_.join_gaps_um / kReach;
+    const double gap_um = std::min(options_.join_gaps_um, most_um_);
+    const double edge_um = std::max(gap_um, RepairOptions::kLeastGap_um) / kReach;
     using Box = std::array<std::int64_t, 3>;
     const auto box_of = [edge_um](const Vector3d& p) {
       Box box{};
@@ -165,7 +167,7 @@ class Repair {
     for (std::uint32_t end = 0; end < root.size(); ++end) {
       if (cell_.parents[end] != kNoParent && has_child[end]) continue;
       const Box box = box_of(cell_.positions_um[end]);
-      Candidate best{options_.join_gaps_um, end, kNoParent};
+      Candidate best{gap_um, end, kNoParent};
       for (const auto& [least_um, by] : around) {
         if (least_um > best.um) break;
         const auto list = first.find(key_of({box[0] + by[0], box[1] + by[1], box[2] + by[2]}));
@@ -191,7 +193,7 @@ class Repair {
       if (cell_.types[rank] == kSomaType) soma.push_back(rank);
     for (std::uint32_t rank = 0; rank < cell_.samples(); ++rank) {
       if (root[rank] != rank || has_soma[rank]) continue;
-      double nearest_um = RepairOptions::kSomaReach_um;
+      double nearest_um = std::min(RepairOptions::kSomaReach_um, most_um_);
       std::uint32_t parent = kNoParent;
       for (const std::uint32_t s : soma) {
         const auto radius_um = static_cast<double>(cell_.radii_um[s]);
@@ -285,6 +287,7 @@ class Repair {
   Cell& cell_;
   const RepairOptions& options_;
   std::vector<RepairChange> changes_;
+  double most_um_ = std::numeric_limits<double>::infinity();  // of a new link: a longer one would be dropped again
 };
 
 }  // namespace

@@ -12,9 +12,10 @@ namespace filiform {
 
 struct RepairOptions {
   static constexpr double kLeastGap_um = 0.001, kMostGap_um = 100;  // of join_gaps_um
-  bool drop_long_links = false;  // all links that AnatomyCheck names long, while it doubts them
-  double join_gaps_um = 0;       // link trees whose ends lie nearer than this to another tree; 0: never
-  bool soma_links = false;       // link roots that lie within kSomaReach_um of a soma's surface to the soma
+  // All links that AnatomyCheck names long, while it doubts them. The other options then make no link as long.
+  bool drop_long_links = false;
+  double join_gaps_um = 0;  // link trees whose ends lie nearer than this to another tree; 0: never
+  bool soma_links = false;  // link roots that lie within kSomaReach_um of a soma's surface to the soma
   static constexpr double kSomaReach_um = 50;
   double unknown_radius_um = 0;  // finite, at least 0
 };

@@ -292,7 +292,7 @@ struct Circuit::Reader {
     std::error_code error;
     if (!hasKnownEnding(morphology) || !fs::exists(path, error)) {
       const std::string bare = path;
-      path = bare + std::string(place.endings.front());  // reported if none exists
+      if (!hasKnownEnding(morphology)) path += place.endings.front();  // reported if none exists
       for (const std::string_view ending : place.endings)
         if (const std::string named = bare + std::string(ending); fs::exists(named, error)) {
           path = named;

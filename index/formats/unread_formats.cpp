@@ -73,6 +73,9 @@ std::string whyPassedOver(std::string_view path) {
     return std::string(format) + " (" + ending + "), which filiform does not read";
   for (const std::string_view holds : {".json", ".h5", ".csv", ".nml", ".xml"})
     if (ending == holds) return "holds no cell that filiform reads";
+  for (const std::string_view graph : {".edges", ".obj", ".vtk"})
+    if (ending == graph) return "a graph, which is read only if the file is named";
+  if (ending == ".gz") return "packed; only .swc.gz, .asc.gz and .tar.gz are read";
   return "no format of neurons that filiform reads";
 }
 

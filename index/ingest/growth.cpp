@@ -323,9 +323,7 @@ SyncResult syncCells(CellStream& cells, const std::string& path, const SyncOptio
     added = TileSet::open(aside.path());
   }
   Provenance now = given.provenance ? given.provenance() : Provenance{};
-  std::vector<Provenance::Lost> lost = now.refused;
-  lost.insert(lost.end(), now.skipped.begin(), now.skipped.end());
-  synced.finish(lost, sync.remove);
+  synced.finish(now.unusable, sync.remove);
   if (sync.fates) sync.fates(synced.fates());
   for (const Provenance::Lost& input : now.refused)
     if (sync.remove && input.code == name(InputCode::E_UNREADABLE))

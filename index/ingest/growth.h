@@ -53,14 +53,14 @@ struct SyncResult : GrowthResult {
 
 // Makes the set hold the cells of the stream: adds new ones, replaces changed ones, keeps equal ones, which are not
 // written again. Cells are compared by source, digest, counts and box. A cell that is gone stays unless `remove` is
-// set; one whose input is refused now stays in any case. Replaced cells pass on attributes that the stream does not
+// set; one whose input cannot be used now stays in any case. Replaced cells pass on attributes that the stream does not
 // state. Names are those that one ingest gives. Ids of new and changed cells follow those of the set. One revision is
 // published. Without cells that are gone or held, compactSet() then gives the bytes of one ingest of the stream.
 //
 // `options` as for addCells(); `options.provenance` is called once, when the stream has ended, and must name all inputs
-// of the stream. Throws InputError if `remove` is set and an input is unreadable (E_UNREADABLE), since its cells only
-// seem gone. Throws what addCells() throws, but for cells of the same name. Reads the whole stream. O(cells and tiles
-// of the set + samples of the stream + segments changed).
+// of the stream, and those that cannot be used. Throws InputError if `remove` is set and an input is unreadable
+// (E_UNREADABLE), since its cells only seem gone. Throws what addCells() throws, but for cells of the same name. Reads
+// the whole stream. O(cells and tiles of the set + samples of the stream + segments changed).
 SyncResult syncCells(CellStream& cells, const std::string& path, const SyncOptions& sync,
                      const IngestOptions& options = {});
 

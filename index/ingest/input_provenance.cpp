@@ -1,5 +1,6 @@
 #include "index/ingest/input_provenance.h"
 
+#include "index/containers/internal/file_kind.h"
 #include "index/errors.h"
 #include "index/text.h"
 
@@ -12,20 +13,25 @@ namespace filiform {
 namespace {
 
 void addSource(const SourceReport& source, Provenance& provenance) {
-  if (source.report.severity == Severity::kPassed) return;  // counted by its ending
   std::uint64_t cells = 0;
-  const auto take = [&](const std::string& input, const InputReport& report, const InputOutcome& outcome) {
+  const auto take = [&](const std::string& input, const std::string& shown, const InputReport& report,
+                        const InputOutcome& outcome) {
     if (report.codes[InputCode::OTHER_VERSION] > 0) return;  // counted with the codes
-    if (outcome.fate == InputFate::kPassed) return;
+    const bool passed = outcome.fate == InputFate::kPassed;  // counted by its ending
+    if (outcome.isLost() || (passed && internal::isReadInFolders(shown))) provenance.unusable.push_back(shown);
+    if (passed) return;
     if (!outcome.isLost())
       cells += report.cells;
     else
       (outcome.fate == InputFate::kRefused ? provenance.refused : provenance.skipped)
           .push_back({input, outcome.code, outcome.reason});
   };
-  if (const std::optional<InputOutcome> outcome = outcomeOfInput(source)) take(source.file, source.report, *outcome);
+  if (const std::optional<InputOutcome> outcome = outcomeOfInput(source))
+    take(source.file, source.file, source.report, *outcome);
   for (const EntryReport& entry : source.entries)
-    take(source.file + "/" + entry.entry, entry.report, outcomeOfInput(source, entry));
+    take(source.file + "/" + entry.entry, source.file + "/" + entry.shown_label(), entry.report,
+         outcomeOfInput(source, entry));
+  if (source.report.severity == Severity::kPassed) return;
   provenance.sources.push_back({source.file, source.bytes, source.digest, cells});
   if (anyDropped(source)) provenance.sources.back().dropped = [&source](const auto& use) { writeDropped(source, use); };
 }

@@ -163,7 +163,7 @@ void internal::InputState::addFile(const ListedFile& file) {
       container->leaveOut(options.versions);
       if (file.kind == internal::FileKind::zip || file.kind == internal::FileKind::tar ||
           file.kind == internal::FileKind::tar_gz)
-        container = internal::ArchiveFiles::open(std::move(container), hdf5, between);
+        container = internal::ArchiveFiles::open(std::move(container), options.memory, hdf5, between);
       addRow(file, container->file_bytes()).digest = container->digest();
       std::uint32_t number = 0;
       for (const ArchiveEntry& entry : container->entries()) {
@@ -316,8 +316,7 @@ std::uint64_t internal::InputState::bytesAhead() const {
 // Memory that a further thread takes for open archives.
 std::uint64_t internal::InputState::bytesOfThread() const {
   std::vector<std::uint64_t> bytes;
-  for (const auto& [row, container] : containers)
-    bytes.push_back(container->entries().size() * container->reader_bytes_per_entry());
+  for (const auto& [row, container] : containers) bytes.push_back(container->reader_bytes());
   const auto open = static_cast<std::ptrdiff_t>(std::min(bytes.size(), kOpenArchivesOfThread));
   std::partial_sort(bytes.begin(), bytes.begin() + open, bytes.end(), std::greater<>());
   return std::accumulate(bytes.begin(), bytes.begin() + open, std::uint64_t{0});

@@ -16,6 +16,9 @@ struct EntryReport {
   std::uint64_t digest = 0;  // XXH3 of the content
   bool dropped = false;      // the whole entry was skipped or refused
   InputReport report;
+  std::string label = {};  // its name in sources of cells, if that differs
+
+  const std::string& shown_label() const { return label.empty() ? entry : label; }
 };
 
 // One row of `check`: a file argument, a file of a folder, a container (sums over its entries), or a folder that cannot

@@ -27,6 +27,8 @@ struct Provenance {
   std::vector<Lost> refused, skipped;
   std::map<std::string, std::uint64_t> codes;        // number of reports by code
   std::map<std::string, std::uint64_t> passed_over;  // number of files that were no inputs, by ending
+  // Sources that give no cells now: lost ones, and files passed over that by their names may hold cells. Not stored.
+  std::vector<std::string> unusable;
 };
 
 }  // namespace filiform

@@ -1,5 +1,6 @@
 // filiform fix: writes neurons as clean SWC files, with a record of each change.
 #include "index/anatomy/repair.h"
+#include "index/cell/cell_parts.h"
 #include "index/circuits/circuit.h"
 #include "index/errors.h"
 #include "index/export/clean_swc.h"
@@ -106,7 +107,7 @@ class ChangeTable {
     row(source, of_cell ? 0 : change.line, of_cell ? "" : std::to_string(change.sample), name(change.kind), detail);
   }
   // What reading dropped, cut or remarked. Remarks beyond the first ones of a code have no record; their count follows.
-  void read(const std::string& source, const InputReport& report) {
+  void read(const std::string& source, const InputReport& report, bool offset_added) {
     CodeCounts listed;
     for (auto record = report.records.begin(); record != report.records.end(); ++record) {
       listed.add(record->code);
@@ -118,6 +119,12 @@ class ChangeTable {
     for (const auto& [code, count] : report.codes.all())
       if (count > listed[code])
         row(source, 0, "", name(code), "and " + std::to_string(count - listed[code]) + " more without a line");
+    if (offset_added && report.header.offset && *report.header.offset != Vector3d::Zero()) {
+      const Vector3d& offset = *report.header.offset;
+      row(source, 0, "", "offset_added",
+          "the OFFSET of the header: " + formatNumber(offset.x()) + " " + formatNumber(offset.y()) + " " +
+              formatNumber(offset.z()));
+    }
     if (report.later_comments > 0)
       row(source, 0, "", "comments_left_out",
           std::to_string(report.later_comments) + " comment lines after the first sample");
@@ -126,6 +133,27 @@ class ChangeTable {
  private:
   std::ostream& out_;
 };
+
+// The cells that a reader would find in the repaired cell: a dropped link may have joined two. Adds the changes.
+std::vector<Cell> repairedCells(Cell whole, const RepairOptions& repairs, bool one_cell_a_file,
+                                std::vector<RepairChange>& changes) {
+  std::vector<Cell> repaired, open;
+  open.push_back(std::move(whole));
+  while (!open.empty()) {
+    Cell cell = std::move(open.back());
+    open.pop_back();
+    const std::vector<RepairChange> done = repair(cell, repairs);
+    changes.insert(changes.end(), done.begin(), done.end());
+    CellParts parts = one_cell_a_file || done.empty() ? CellParts() : cellPartsOf(cell);
+    for (auto part = parts.cells.rbegin(); part != parts.cells.rend(); ++part) {
+      part->source = cell.source;
+      part->header = cell.header;
+      open.push_back(std::move(*part));
+    }
+    if (parts.cells.empty()) repaired.push_back(std::move(cell));
+  }
+  return repaired;
+}
 
 int runFix(const FixArguments& a) {
   const RepairOptions repairs = repairOptionsOf(a);
@@ -154,11 +182,25 @@ int runFix(const FixArguments& a) {
 
   Input input(a.inputs, options);
   std::vector<std::string> sources, given;
+  std::uint64_t looped = 0;
   for (Cell cell; input.next(cell);) {
-    sources.push_back(cell.source);
-    given.push_back(cell.name);
+    looped += cell.isGraph();
+    if (cell.isGraph()) continue;
+    std::vector<std::string> names = {cell.name};
+    const std::string source = cell.source;
+    if (repairs.drop_long_links) {  // what is left may be several cells
+      std::vector<RepairChange> changes;
+      names.clear();
+      for (const Cell& repaired : repairedCells(std::move(cell), repairs, a.one_cell_a_file, changes))
+        names.push_back(repaired.name);
+    }
+    sources.insert(sources.end(), names.size(), source);
+    given.insert(given.end(), names.begin(), names.end());
   }
   requireUsable(input.reports(), nullptr, false);
+  if (sources.empty())
+    throw InputError(inShort(a.inputs.front()) +
+                     ": no cell without loops, and SWC cannot hold loops; use ingest and export");
   const std::vector<std::string> names = safeFileNames(cellNames(sources, given));
 
   OutputFolder folder(a.out, a.force);
@@ -167,35 +209,41 @@ int runFix(const FixArguments& a) {
   Output report(changes, {.cancel = &interruptFlag()});
   std::ostream& people = report.isStandardOutput() ? std::cerr : std::cout;
   ChangeTable table(report.stream());
-  forEachInput(input.reports(),
-               [&](const std::string& name, const InputReport& read, const InputOutcome&) { table.read(name, read); });
+  if (!options.swc.isMicrometres())
+    table.row("-", 0, "", "unit", "--unit " + a.unit + ": converted to um, in all formats that state no unit");
+  forEachInput(input.reports(), [&](const std::string& name, const InputReport& read, const InputOutcome&) {
+    table.read(name, read, a.apply_offset);
+  });
   input.rewind();
-  std::uint64_t changed = 0, written = 0, looped = 0;
+  std::uint64_t changed = 0;
   std::size_t at = 0;
-  for (Cell cell; input.next(cell); ++at) {
-    if (at >= sources.size() || sources[at] != cell.source)
-      throw IoError(inShort(cell.source), "changed while it was being read; run again");
+  for (Cell cell; input.next(cell);) {
+    const std::string source = cell.source;
     if (cell.isGraph()) {
-      ++looped;
-      table.row(cell.source, 0, "", "left_out", "has loops, which SWC cannot hold; use ingest and export");
+      table.row(source, 0, "", "left_out", "has loops, which SWC cannot hold; use ingest and export");
       continue;
     }
-    const std::vector<RepairChange> done = repair(cell, repairs);
-    for (const RepairChange& change : done) table.repaired(cell.source, change);
+    std::vector<RepairChange> done;
+    const std::vector<Cell> cells = repairedCells(std::move(cell), repairs, a.one_cell_a_file, done);
+    for (const RepairChange& change : done) table.repaired(source, change);
     changed += done.size();
-    std::ostringstream text;
-    writeCleanSwc(text, cell);
-    folder.write(names[at] + ".swc", std::move(text).str());
-    table.row(cell.source, 0, "", "written", names[at] + ".swc");
-    ++written;
+    for (const Cell& repaired : cells) {
+      if (at >= sources.size() || sources[at] != source)
+        throw IoError(inShort(source), "changed while it was being read; run again");
+      std::ostringstream text;
+      writeCleanSwc(text, repaired);
+      folder.write(names[at] + ".swc", std::move(text).str());
+      table.row(source, 0, "", "written", names[at++] + ".swc");
+    }
   }
+  if (at < sources.size()) throw IoError(inShort(sources[at]), "changed while it was being read; run again");
   report.finish();
   folder.finish();
   progress.finish();
   people << summary(input.reports());
   if (looped > 0)
     people << "  left out " << counted(looped, "cell") << " with loops, which SWC cannot hold; use ingest and export\n";
-  people << inShort(a.out) << ": " << counted(written, "file") << "; " << counted(changed, "repair") << "; "
+  people << inShort(a.out) << ": " << counted(at, "file") << "; " << counted(changed, "repair") << "; "
          << inShort(changes) << " lists each change\n";
   return 0;
 }

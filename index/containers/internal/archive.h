@@ -20,7 +20,7 @@ class Archive final : public Container {
   // E_ZIP_FORMAT or E_ZIP_NO_SWC. Throws IoError. O(entries log entries).
   explicit Archive(std::string path);
 
-  std::uint64_t reader_bytes_per_entry() const override { return 512; }
+  std::uint64_t reader_bytes() const override { return 512 * entries_.size(); }
   std::unique_ptr<Container::Reader> reader() const override;
 
   class Reader final : public Container::Reader {

@@ -5,7 +5,7 @@
 #include "index/containers/internal/mouselight_file.h"
 #include "index/containers/internal/nml_file.h"
 #include "index/errors.h"
-#include "index/file/internal/unnamed_file.h"
+#include "index/file/internal/memory_file.h"
 #include "index/text.h"
 
 #include <algorithm>
@@ -15,23 +15,27 @@
 namespace filiform::internal {
 namespace {
 
+constexpr std::uint64_t kMostBytes = std::uint64_t{256} << 20;
+constexpr std::uint64_t kCopies = 3;  // of a file in memory, with those of the program that reads H5
+
 // The content of an entry is of another kind than its name says.
 struct OtherContent {};
 
-// A file of an archive, copied.
+// A file of an archive, in memory.
 struct UnpackedFile {
-  // Returns why the entry is refused. Throws OtherContent, after the first bytes.
-  std::optional<InputCode> copy(const ArchiveEntry& entry, Container::Reader& reader,
+  // Returns why the entry is refused. Throws OtherContent, after the first bytes, and IoError beyond `most` bytes.
+  std::optional<InputCode> copy(const ArchiveEntry& entry, Container::Reader& reader, std::uint64_t most,
                                 const std::function<void()>& progress) {
-    content.create();
     std::string head;
-    std::uint64_t at = 0;
     bool begun = false;
     const auto begin = [&] {
       if (!mayHoldCells(entry.kind, head)) throw OtherContent();
+      if (entry.bytes > most)
+        throw IoError(inShort(entry.shown_label()),
+                      std::to_string(entry.bytes) + " bytes, but such a file of an archive is read in memory, up to " +
+                          std::to_string(most) + " bytes; unpack the archive");
       begun = true;
-      content.write(0, head.data(), head.size());
-      at = head.size();
+      content.add(head);
     };
     const std::optional<InputCode> refused = reader.read(entry, [&](std::string_view bytes) {
       if (progress) progress();
@@ -41,9 +45,7 @@ struct UnpackedFile {
         bytes.remove_prefix(first.size());
         if (head.size() == kHeadBytes) begin();
       }
-      if (bytes.empty()) return;
-      content.write(at, bytes.data(), bytes.size());
-      at += bytes.size();
+      content.add(bytes);
     });
     if (refused) return refused;
     if (!begun) begin();
@@ -64,23 +66,25 @@ struct UnpackedFile {
       cells = std::make_unique<NmlFile>(path, between);
   }
 
-  UnnamedFile content{"", "a file of an archive"};
+  MemoryFile content{"a file of an archive"};
   std::string path;
   std::unique_ptr<Container> cells;
 };
 
 }  // namespace
 
-std::unique_ptr<Container> ArchiveFiles::open(std::unique_ptr<Container> archive, Hdf5Process& hdf5,
-                                              const std::function<void()>& progress) {
+std::unique_ptr<Container> ArchiveFiles::open(std::unique_ptr<Container> archive, std::uint64_t memory,
+                                              Hdf5Process& hdf5, const std::function<void()>& progress) {
   const auto holds_several = [](const ArchiveEntry& entry) { return !entry.skipped && mustBeginRight(entry.kind); };
   if (archive->refusal() || std::none_of(archive->entries().begin(), archive->entries().end(), holds_several))
     return archive;
-  return std::unique_ptr<Container>(new ArchiveFiles(std::move(archive), hdf5, progress));
+  return std::unique_ptr<Container>(
+      new ArchiveFiles(std::move(archive), std::min(kMostBytes, memory / 8), hdf5, progress));
 }
 
-ArchiveFiles::ArchiveFiles(std::unique_ptr<Container> archive, Hdf5Process& hdf5, const std::function<void()>& progress)
-    : archive_(std::move(archive)) {
+ArchiveFiles::ArchiveFiles(std::unique_ptr<Container> archive, std::uint64_t most_bytes, Hdf5Process& hdf5,
+                           const std::function<void()>& progress)
+    : archive_(std::move(archive)), most_bytes_(most_bytes) {
   file_bytes_ = archive_->file_bytes();
   digest_ = archive_->digest();
   const std::unique_ptr<Reader> reader = archive_->reader();
@@ -93,13 +97,13 @@ ArchiveFiles::ArchiveFiles(std::unique_ptr<Container> archive, Hdf5Process& hdf5
   refuseWithoutInput();
 }
 
-// Copies the file, as far as it begins like its name says, and lists it.
+// Unpacks the file, if it begins like its name says, and lists it.
 void ArchiveFiles::add(ArchiveEntry entry, Reader& reader, Hdf5Process& hdf5, const std::function<void()>& progress) {
   UnpackedFile file;
   std::optional<InputCode> refused;
   std::string token;
   try {
-    refused = file.copy(entry, reader, progress);
+    refused = file.copy(entry, reader, most_bytes_, progress);
     if (!refused) {
       if (entry.kind == FileKind::h5)
         file.cells = std::make_unique<H5Container>(hdf5, file.path, nullptr);
@@ -129,6 +133,7 @@ void ArchiveFiles::add(ArchiveEntry entry, Reader& reader, Hdf5Process& hdf5, co
 
 void ArchiveFiles::addCells(const ArchiveEntry& entry, const std::vector<ArchiveEntry>& cells) {
   files_.push_back(entry);
+  largest_ = std::max(largest_, entry.bytes);
   for (const ArchiveEntry& inner : cells) {
     ArchiveEntry cell = inner;
     cell.kind = entry.kind;
@@ -142,6 +147,8 @@ void ArchiveFiles::addCells(const ArchiveEntry& entry, const std::vector<Archive
     entries_.push_back(std::move(cell));
   }
 }
+
+std::uint64_t ArchiveFiles::reader_bytes() const { return archive_->reader_bytes() + kCopies * largest_; }
 
 // Keeps the file of the last entry.
 class ArchiveFiles::FilesReader final : public Container::Reader {
@@ -164,14 +171,19 @@ class ArchiveFiles::FilesReader final : public Container::Reader {
     return file_->path;
   }
 
+  void release() override {
+    at_ = 0;
+    cells_ = nullptr;
+    file_ = nullptr;
+  }
+
  private:
   std::optional<InputCode> copy(const ArchiveEntry& entry) {
     if (at_ == entry.file) return std::nullopt;
-    at_ = 0;
-    cells_ = nullptr;
+    release();
     file_ = std::make_unique<UnpackedFile>();
     try {
-      if (const auto refused = file_->copy(of_.files_[entry.file - 1], *archive_, {})) return refused;
+      if (const auto refused = file_->copy(of_.files_[entry.file - 1], *archive_, of_.most_bytes_, {})) return refused;
     } catch (const OtherContent&) {
       throw IoError(inShort(entry.shown_label()), "changed while it was being read; run again");
     }

@@ -56,8 +56,8 @@ class Container {
   std::uint64_t digest() const { return digest_; }
   // The info of its skeletons; null if it holds none.
   virtual const SkeletonInfo* skeletons() const { return nullptr; }
-  // Memory, bytes, that a reader holds for each entry.
-  virtual std::uint64_t reader_bytes_per_entry() const { return 0; }
+  // Memory, bytes, that a reader holds beside the entry that it reads.
+  virtual std::uint64_t reader_bytes() const { return 0; }
 
   // Reads the entries of one container, which must outlive it.
   class Reader {
@@ -76,6 +76,8 @@ class Container {
     virtual std::optional<InputCode> read(const ArchiveEntry& entry, const Sink& sink) = 0;
     // A path of the H5 file inside an archive that holds the entry, valid until the next call. Throws IoError.
     virtual std::string h5PathOf(const ArchiveEntry&) { return {}; }
+    // Frees what it keeps for the next entry. Another container is read now.
+    virtual void release() {}
   };
   // Null for an H5 file (h5_container.h).
   virtual std::unique_ptr<Reader> reader() const = 0;

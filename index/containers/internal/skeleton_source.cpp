@@ -232,8 +232,7 @@ std::shared_ptr<const SkeletonFiles> filesInFolder(std::string folder) {
   return std::make_shared<FolderFiles>(std::move(folder));
 }
 
-std::shared_ptr<const SkeletonFiles> filesAtAddress(std::string address, const RemoteOptions& options) {
-  if (!internal::isS3Address(address)) return std::make_shared<AddressFiles>(std::move(address), nullptr, options);
+std::shared_ptr<const SkeletonFiles> filesAtAddress(const std::string& address, const RemoteOptions& options) {
   const internal::RemoteAddress place(address);
   return std::make_shared<AddressFiles>(place.set, place.account, options);
 }

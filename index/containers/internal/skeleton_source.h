@@ -49,8 +49,8 @@ class SkeletonFiles {
 std::shared_ptr<const SkeletonFiles> filesInFolder(std::string folder);
 // `address`: of the folder, http, https or s3, without a slash at its end. With RemoteOptions::cache_folder, skeletons
 // and shards that were read before come from there, by address and, for shards, size. Throws IoError for a folder that
-// cannot be used, UsageError for a malformed s3 address or unusable keys.
-std::shared_ptr<const SkeletonFiles> filesAtAddress(std::string address, const RemoteOptions& options);
+// cannot be used, UsageError for what RemoteAddress refuses.
+std::shared_ptr<const SkeletonFiles> filesAtAddress(const std::string& address, const RemoteOptions& options);
 
 // A shard. With `ids`, in ascending order, only these objects are entries; those that it lacks are refused as
 // E_UNREADABLE.

@@ -30,10 +30,6 @@ void UnnamedFile::create() {
   ::unlink(path.c_str());
 }
 
-std::string UnnamedFile::path() const {
-  return "/proc/" + std::to_string(::getpid()) + "/fd/" + std::to_string(file_.number());
-}
-
 void UnnamedFile::write(std::uint64_t at, const void* from, std::size_t bytes) const {
   if (!file_.writeAt(at, from, bytes)) fail("cannot hold ", errno);
 }

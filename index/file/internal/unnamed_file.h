@@ -17,8 +17,6 @@ class UnnamedFile {
   UnnamedFile(std::string folder, std::string content) : folder_(std::move(folder)), content_(std::move(content)) {}
 
   void create();  // call it before the others; later calls do nothing
-  // Opens the file again, in this or another process of the user, while this object lives. Call create() before.
-  std::string path() const;
   void write(std::uint64_t at, const void* from, std::size_t bytes) const;
   void read(std::uint64_t at, void* to, std::size_t bytes) const;
   [[noreturn]] void failReading(int error_number) const { fail("cannot read ", error_number); }

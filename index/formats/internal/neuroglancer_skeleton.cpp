@@ -151,19 +151,18 @@ ShardScheme shardingOf(const Json& json, Fail fail) {
   return sharding;
 }
 
-std::string propertiesFolder(const Json& json, const std::string& file) {
-  if (!json.is_object() || !json.contains("segment_properties") || !json["segment_properties"].is_string()) return {};
-  std::string folder = json["segment_properties"].get<std::string>();
+// The folder below that of the info that a member names; empty: none.
+std::string folderBelow(const Json& json, const char* key, const std::string& file) {
+  if (!json.contains(key) || !json[key].is_string()) return {};
+  std::string folder = json[key].get<std::string>();
+  while (folder.ends_with('/') && folder.size() > 1) folder.pop_back();
   if (folder.find("..") != std::string::npos || folder.starts_with('/'))
-    throw InputError(inShort(file) + ": its segment_properties lead out of the folder");
+    throw InputError(inShort(file) + ": its " + key +
+                     " lead out of the folder; read a copy of it in which they do not");
   return folder;
 }
 
 }  // namespace
-
-std::string SkeletonInfo::propertiesOf(std::string_view json, const std::string& file) {
-  return propertiesFolder(internal::boundedJson(json), file);
-}
 
 double SkeletonInfo::radiusUnit_nm() const {
   const std::array<double, 12>& m = transform_nm;
@@ -198,11 +197,11 @@ SkeletonInfo::Elsewhere SkeletonInfo::elsewhere(std::string_view text, const std
   if (type != "neuroglancer_multiscale_volume" &&
       (!json.contains("scales") || (kind != "image" && kind != "segmentation")))
     return {.folder = {}, .what = escaped(type, 60)};
-  Elsewhere found{.folder = member("skeletons")};
-  while (found.folder.ends_with('/')) found.folder.pop_back();
-  if (found.folder.find("..") != std::string::npos || found.folder.starts_with('/'))
-    throw InputError(inShort(file) + ": its skeletons lead out of the folder");
-  if (!found.folder.empty()) return found;
+  Elsewhere found{.folder = folderBelow(json, "skeletons", file)};
+  if (!found.folder.empty()) {
+    found.segment_properties = folderBelow(json, "segment_properties", file);
+    return found;
+  }
   found.what = kind == "image"           ? "an image volume, which has no skeletons"
                : !member("mesh").empty() ? "a volume with meshes, but without skeletons"
                                          : "a volume without skeletons";
@@ -216,9 +215,10 @@ SkeletonInfo SkeletonInfo::parse(std::string_view text, const std::string& file)
   const Json json = internal::boundedJson(text);
   if (!isOfSkeletons(json)) fail("is not the info of neuroglancer skeletons");
   SkeletonInfo info;
-  if (json.contains("sharding") && !json["sharding"].is_null()) info.sharding = shardingOf(json["sharding"], fail);
-  info.segment_properties = propertiesFolder(json, file);
-  if (json.contains("transform")) {
+  const auto states = [&](const char* key) { return json.contains(key) && !json[key].is_null(); };
+  if (states("sharding")) info.sharding = shardingOf(json["sharding"], fail);
+  info.segment_properties = folderBelow(json, "segment_properties", file);
+  if (states("transform")) {
     const Json& transform = json["transform"];
     bool good = transform.is_array() && transform.size() == info.transform_nm.size();
     for (std::size_t i = 0; good && i < info.transform_nm.size(); ++i) {
@@ -228,7 +228,7 @@ SkeletonInfo SkeletonInfo::parse(std::string_view text, const std::string& file)
     }
     if (!good) fail("its transform is not 12 finite numbers");
   }
-  if (!json.contains("vertex_attributes")) return info;
+  if (!states("vertex_attributes")) return info;
   if (!json["vertex_attributes"].is_array()) fail("its vertex_attributes are not a list");
   static constexpr std::pair<std::string_view, Type> kTypes[] = {
       {"float32", Type::kFloat32}, {"int8", Type::kInt8},   {"uint8", Type::kUint8},  {"int16", Type::kInt16},

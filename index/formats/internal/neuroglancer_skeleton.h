@@ -47,14 +47,12 @@ struct SkeletonInfo {
 
   // What the text of an `info` leads to if it is not that of skeletons.
   struct Elsewhere {
-    std::string folder;  // with the skeletons of a volume, below that of the info; empty: there are none
+    std::string folder;                // with the skeletons of a volume, below that of the info; empty: there are none
+    std::string segment_properties{};  // of the volume, as SkeletonInfo::segment_properties
     std::string what{};  // what the info describes, such as "an image volume, which has no skeletons"; empty: not known
   };
   // Throws InputError naming `file` for a folder that leads out of that of the info.
   static Elsewhere elsewhere(std::string_view json, const std::string& file);
-  // The folder of segment properties that an info names, below its own; empty: none. Throws InputError naming `file`
-  // for a folder that leads out of that of the info.
-  static std::string propertiesOf(std::string_view json, const std::string& file);
   // True if the text is the `info` of skeletons.
   static bool isSkeletonInfo(std::string_view json);
   // Reads the text of `info`. Throws InputError naming `file` for an unknown data type or sharding, or an invalid

@@ -78,9 +78,11 @@ class TreeReader {
     }
     std::uint64_t place = 0;
     const pugi::xml_node thing = document_.child("thing");
-    for (const pugi::xml_node& node : thing.child("nodes").children("node")) readNode(node, ++place);
+    for (const pugi::xml_node& nodes : thing.children("nodes"))
+      for (const pugi::xml_node& node : nodes.children("node")) readNode(node, ++place);
     place = 0;
-    for (const pugi::xml_node& edge : thing.child("edges").children("edge")) readEdge(edge, ++place);
+    for (const pugi::xml_node& edges : thing.children("edges"))
+      for (const pugi::xml_node& edge : edges.children("edge")) readEdge(edge, ++place);
     const pugi::xml_node left_out = document_.child("left_out");
     for (const char* const what : {"comment", "branchpoint"})
       for (std::uint64_t i = std::min<std::uint64_t>(left_out.attribute(what).as_ullong(), kMostLeftOut); i > 0; --i)
@@ -101,8 +103,7 @@ class TreeReader {
     const std::optional<Vector3d> size = vectorOf(scale);
     const std::optional<double> unit = unitOf(scale.attribute("unit").value());
     if (!unit) {
-      graph_.refuse(InputCode::E_FORMAT, 0,
-                    "NML whose scale has a unit that is not known: " + std::string(scale.attribute("unit").value()));
+      graph_.refuse(InputCode::E_FORMAT, 0, "unknown unit of scale: " + std::string(scale.attribute("unit").value()));
     } else if (!size || !(size->array() > 0).all()) {
       graph_.refuse(InputCode::E_FORMAT, 0, "NML whose scale is no size of a voxel");
     } else {
@@ -215,12 +216,14 @@ internal::NmlOutline internal::outlineOfNml(std::string_view text) {
     tree.at = begin(thing);
     tree.bytes = bytes(thing);
     if (comments.empty() && branch_points.empty()) continue;
-    for (const pugi::xml_node& node : thing.child("nodes").children("node")) {
-      std::int64_t id = 0;
-      if (!readXmlId(node.attribute("id"), id)) continue;
-      if (const auto found = comments.find(id); found != comments.end()) tree.comments += found->second;
-      if (const auto found = branch_points.find(id); found != branch_points.end()) tree.branch_points += found->second;
-    }
+    for (const pugi::xml_node& nodes : thing.children("nodes"))
+      for (const pugi::xml_node& node : nodes.children("node")) {
+        std::int64_t id = 0;
+        if (!readXmlId(node.attribute("id"), id)) continue;
+        if (const auto found = comments.find(id); found != comments.end()) tree.comments += found->second;
+        if (const auto found = branch_points.find(id); found != branch_points.end())
+          tree.branch_points += found->second;
+      }
   }
   return outline;
 }

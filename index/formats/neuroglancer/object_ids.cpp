@@ -16,6 +16,7 @@ bool readObjectId(std::string_view text, std::uint64_t& id) {
 
 std::vector<std::uint64_t> readObjectIds(std::string_view text, const std::string& file) {
   std::vector<std::uint64_t> ids;
+  if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
   for (std::uint64_t line = 1; !text.empty(); ++line) {
     const std::size_t end = text.find('\n');
     std::string_view word = text.substr(0, end);

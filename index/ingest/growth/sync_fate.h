@@ -13,7 +13,7 @@ enum class SyncFate : std::uint8_t {
   kEqual,
   kRemoved,
   kGone,  // its input has it no longer
-  kHeld,  // it cannot be used now: refused or skipped
+  kHeld,  // it cannot be used now: refused, skipped, or passed over
 };
 std::string_view name(SyncFate fate);  // "new", "changed", "equal", "removed", "gone", "held"
 

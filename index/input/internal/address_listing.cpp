@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <exception>
+#include <map>
 #include <optional>
 #include <set>
 #include <string>
@@ -52,9 +53,9 @@ std::string infoAt(const SkeletonFiles& files) {
   }
 }
 
-// The shards that may hold an object, and exist. Adds to `missing` the others.
+// The shards that may hold an object, and exist. Adds to `missing` the others, with the reason.
 std::vector<std::string> shardsAt(const SkeletonFiles& files, const SkeletonInfo& info, const ListingOptions& options,
-                                  const std::string& address, std::set<std::string>& missing) {
+                                  const std::string& address, std::map<std::string, std::string>& missing) {
   std::set<std::uint64_t> numbers;
   if (options.ids) {
     for (const std::uint64_t id : *options.ids) numbers.insert(info.sharding->shardOf(id));
@@ -77,17 +78,20 @@ std::vector<std::string> shardsAt(const SkeletonFiles& files, const SkeletonInfo
     }
   });
   std::vector<std::string> names;
+  std::exception_ptr denied;
   for (std::size_t i = 0; i < asked.size(); ++i) {
     const std::string name = info.sharding->fileNameOf(asked[i]);
-    absent[i] ? void(missing.insert(name)) : names.push_back(name);
-  }
-  if (!names.empty()) return names;
-  for (const std::exception_ptr& reason : absent) {
     try {
-      std::rethrow_exception(reason);
+      if (absent[i]) std::rethrow_exception(absent[i]);
+      names.push_back(name);
     } catch (const NotOnServer&) {
+      missing[name] = "is not on the server (404)";
+    } catch (const DeniedByServer&) {
+      missing[name] = "is refused by the server (403), or is not there";
+      denied = absent[i];
     }
   }
+  if (names.empty() && denied) std::rethrow_exception(denied);
   return names;
 }
 
@@ -124,7 +128,7 @@ std::vector<ListedFile> listAddress(const std::string& given, const ListingOptio
   if (!SkeletonInfo::isSkeletonInfo(text)) {
     const SkeletonInfo::Elsewhere there = SkeletonInfo::elsewhere(text, source->pathOf("info"));
     if (!there.folder.empty()) {
-      through = {source, text};
+      through = {source, text, there.segment_properties};
       address += "/" + there.folder;
       source = filesAtAddress(address, options.remote);
       text = infoAt(*source);
@@ -139,7 +143,7 @@ std::vector<ListedFile> listAddress(const std::string& given, const ListingOptio
   const auto volume = [&] {
     if (through) return *through;
     const auto above = filesAtAddress(address.substr(0, address.rfind('/')), options.remote);
-    return SkeletonVolume{above, above->findText("info", SkeletonInfo::kMaxBytes).value_or("")};
+    return SkeletonVolume{above, above->findText("info", SkeletonInfo::kMaxBytes).value_or(""), {}};
   };
   ListingOptions wanted = options;
   wanted.ids = chosenObjects(*source, text, properties.get(), volume, options);
@@ -147,7 +151,7 @@ std::vector<ListedFile> listAddress(const std::string& given, const ListingOptio
     wanted.ids = std::make_shared<const std::vector<std::uint64_t>>(properties->ids());
   std::vector<ListedFile> files;
   if (info->sharding) {
-    std::set<std::string> missing;
+    std::map<std::string, std::string> missing;
     for (const std::string& name : shardsAt(*source, *info, wanted, address, missing)) {
       ListedFile file{source->pathOf(name), name};
       file.kind = FileKind::shard;
@@ -156,8 +160,9 @@ std::vector<ListedFile> listAddress(const std::string& given, const ListingOptio
     if (files.empty()) throw InputError(inShort(address) + ": holds no shard" + (wanted.ids ? " with these ids" : ""));
     if (wanted.ids)
       for (const std::uint64_t id : *wanted.ids)
-        if (const std::string shard = info->sharding->fileNameOf(info->sharding->shardOf(id)); missing.contains(shard))
-          files.push_back(missingObject(*source, id, "its shard " + shard + " is not on the server (404)"));
+        if (const auto shard = missing.find(info->sharding->fileNameOf(info->sharding->shardOf(id)));
+            shard != missing.end())
+          files.push_back(missingObject(*source, id, "its shard " + shard->first + " " + shard->second));
   } else {
     if (!wanted.ids)
       throw InputError(

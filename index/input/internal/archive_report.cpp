@@ -10,7 +10,7 @@ void listEntries(const Container& archive, SourceReport& row) {
   entries.clear();
   entries.reserve(archive.entries().size());
   for (const ArchiveEntry& entry : archive.entries()) {
-    EntryReport report{entry.name, entry.bytes, 0, entry.skipped && !entry.passed, {}};
+    EntryReport report{entry.name, entry.bytes, 0, entry.skipped && !entry.passed, {}, entry.label};
     if (entry.passed) {
       report.report.severity = Severity::kPassed;
     } else if (entry.skipped) {

@@ -83,11 +83,8 @@ std::shared_ptr<const SegmentProperties> readProperties(const SkeletonFiles& fil
       properties = std::make_shared<const SegmentProperties>(*text, from.pathOf(file));
     return properties;
   };
-  if (through != nullptr) {
-    const std::string folder = SkeletonInfo::propertiesOf(through->info, through->files->pathOf("info"));
-    if (auto properties = read(*through->files, folder)) return properties;
-  }
-  return read(files, info.segment_properties);
+  auto properties = read(files, info.segment_properties);
+  return properties || through == nullptr ? properties : read(*through->files, through->segment_properties);
 }
 
 ObjectIds chosenObjects(const SkeletonFiles& files, const std::string& info, const SegmentProperties* properties,

@@ -15,11 +15,12 @@ namespace filiform::internal {
 // A folder whose info names the skeletons, and describes the volume.
 struct SkeletonVolume {
   std::shared_ptr<const SkeletonFiles> files;
-  std::string info;  // its text
+  std::string info;                // its text
+  std::string segment_properties;  // a folder below; empty: none
 };
 
-// The segment properties of skeletons; null if there are none. Those of the volume win, if the skeletons were found
-// through one: Neuroglancer shows them. Throws InputError and IoError.
+// The segment properties of skeletons, or without any those of the volume through which they were found; null if there
+// are none. Throws InputError and IoError.
 std::shared_ptr<const SegmentProperties> readProperties(const SkeletonFiles& files, const SkeletonInfo& info,
                                                         const SkeletonVolume* through);
 

@@ -38,8 +38,8 @@ bool holdsCells(std::string_view name) {
 }
 
 bool isSkeletonId(std::string_view name) {
-  const std::string_view bare = withoutGz(name);
-  return !bare.empty() && bare.find_first_not_of("0123456789") == std::string_view::npos;
+  std::uint64_t id = 0;
+  return readObjectId(withoutGz(name), id);
 }
 
 bool isShard(std::string_view name) { return endsWithNoCase(name, ".shard"); }
@@ -50,8 +50,10 @@ ListedFile listedFrom(WalkedFile& walked) {
   return file;
 }
 
-// The first bytes of a file; nullopt if it cannot be read.
+// The first bytes of a file; nullopt if it cannot be read, or is a pipe, which would block.
 std::optional<std::string> headOf(const std::string& path) {
+  std::error_code error;
+  if (!fs::is_regular_file(path, error)) return std::nullopt;
   std::ifstream in(path, std::ios::binary);
   std::string head(kHeadBytes, '\0');
   in.read(head.data(), static_cast<std::streamsize>(head.size()));
@@ -112,11 +114,11 @@ ListedFile shardOf(const std::shared_ptr<const SkeletonFiles>& files, const std:
 // The volume above a folder of skeletons.
 SkeletonVolume volumeAbove(const std::string& folder) {
   const auto files = filesInFolder((fs::path(folder) / "..").lexically_normal().native());
-  return {files, files->findText("info", SkeletonInfo::kMaxBytes).value_or("")};
+  return {files, files->findText("info", SkeletonInfo::kMaxBytes).value_or(""), {}};
 }
 
 // The files of a folder of Neuroglancer skeletons, or of a volume's folder whose info names them; empty for another
-// folder. `is_volume`: the folder is named by the info of a volume.
+// folder. `through`: the volume whose info names this folder.
 std::vector<ListedFile> listSkeletons(const std::string& folder, const ListingOptions& given,
                                       const SkeletonVolume* through = nullptr) {
   const std::shared_ptr<const SkeletonFiles> source = filesInFolder(folder);
@@ -135,7 +137,7 @@ std::vector<ListedFile> listSkeletons(const std::string& folder, const ListingOp
     const SkeletonInfo::Elsewhere there = SkeletonInfo::elsewhere(*text, path);
     if (there.folder.empty() || through != nullptr) return {};
     const std::string below = source->pathOf(there.folder);
-    const SkeletonVolume volume{source, *text};
+    const SkeletonVolume volume{source, *text, there.segment_properties};
     std::vector<ListedFile> files = listSkeletons(below, given, &volume);
     if (files.empty())
       throw InputError(inShort(path) + ": names the folder of skeletons " + escaped(there.folder, 100) +
@@ -195,8 +197,9 @@ std::vector<ListedFile> listSkeletons(const std::string& folder, const ListingOp
 ListedFile fileArgument(const std::string& path, const std::string& shown) {
   ListedFile file{path, shown};
   file.kind = kindOf(path);
-  if (file.kind == FileKind::catmaid && !CatmaidColumns::of(firstLine(headOf(path).value_or(""))).isCatmaid())
-    file.kind = FileKind::cell;  // SWC with commas
+  if (file.kind == FileKind::catmaid)
+    if (const std::optional<std::string> head = headOf(path); head && !CatmaidColumns::of(firstLine(*head)).isCatmaid())
+      file.kind = FileKind::cell;  // SWC with commas
   if (file.kind != FileKind::cell) return file;
   file.not_read = whyNotRead(withoutGz(path));
   file.packed = endsWithNoCase(path, ".gz");

@@ -56,9 +56,9 @@ std::vector<ListedFile> listFiles(const std::string& folder, const ListingOption
 // other text. Throws UsageError for a malformed address, InputError for another format behind `|`.
 std::string skeletonAddress(const std::string& argument);
 // The shards, or all objects as one file, of the skeletons at an address, or of those that the info of a volume there
-// names. Ids are those of the options, else those of
-// the segment properties; without both, all shards are asked for, and an unsharded source is refused. Throws InputError
-// and IoError.
+// names. Segment properties are those of the skeletons, else those of the volume. Ids are those of the options, else
+// those of the segment properties; without both, all shards are asked for, and an unsharded source is refused. Throws
+// InputError, IoError, and what filesAtAddress() throws.
 std::vector<ListedFile> listAddress(const std::string& address, const ListingOptions& options);
 
 // Lists the content of a file that holds many inputs; null for a cell. `hdf5` lists H5 files. `progress` is called

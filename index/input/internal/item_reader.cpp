@@ -31,6 +31,7 @@ ItemReader::ItemReader(const SwcOptions& options, const Limits& limits)
 Container::Reader& ItemReader::readerOf(const Container& container) {
   const auto found =
       std::find_if(open_.begin(), open_.end(), [&](const auto& open) { return open.first == &container; });
+  if (!open_.empty() && found != open_.begin()) open_.front().second->release();
   if (found != open_.end()) {
     open_.splice(open_.begin(), open_, found);
   } else {

@@ -233,7 +233,7 @@ HttpLanding HttpFlight::land(CURLcode code) {
   if (!succeeded()) return judgeStatus();
   if (too_long_)
     return {.kind = HttpLanding::Kind::refused,
-            .what = "has more than " + std::to_string(jobs_.front()->most) + " bytes, so it belongs to no tile set",
+            .what = "has more than " + std::to_string(jobs_.front()->most) + " bytes",
             .remedy = "check the address"};
   if (kind == HttpJob::Kind::size) {
     curl_off_t length = -1;
@@ -319,6 +319,7 @@ HttpLanding HttpFlight::judgeFailure(CURLcode code) const {
       landing.remedy = "check the address and the server's certificate";
       break;
     case CURLE_BAD_CONTENT_ENCODING:
+    case CURLE_WRITE_ERROR:  // of libcurl's decoder, for bytes behind the end: takeBody() sets stopped_
       landing.kind = HttpLanding::Kind::refused;
       landing.remedy = "its Content-Encoding (" + escaped(coding_, 20) + ") is damaged or not known; store it again";
       break;

@@ -37,9 +37,9 @@ RemoteAddress::RemoteAddress(const std::string& text, const S3Account& keys) {
   while (path.ends_with('/')) path.pop_back();
   const std::size_t slash = path.find('/');
   if (path.find('@') != std::string::npos)
-    throw UsageError("the address of a set must not contain keys; set AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY");
+    throw UsageError("an address must not contain keys; set AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY");
   if (!isS3Address(text) || slash == std::string::npos)
-    throw UsageError(inShort(text) + ": is not a valid address; give s3://BUCKET/PATH/NAME.fil");
+    throw UsageError(inShort(text) + ": is not a valid address; give s3://BUCKET/PATH");
   const std::string name = path.substr(0, slash), inside = path.substr(slash);
   if (name.size() < 3 || name.size() > 63 || !consistsOf(name, ".-_"))
     throw UsageError(inShort(text) + ": " + inShort(name) + " is not the name of a bucket");
@@ -69,9 +69,9 @@ RemoteAddress::RemoteAddress(const std::string& text) {
     throw UsageError(inShort(text) +
                      ": is not a valid address; give http://HOST/PATH, https://HOST/PATH or s3://BUCKET/PATH");
   if (url.part(CURLUPART_USER) || url.part(CURLUPART_PASSWORD))
-    throw UsageError("the address of a set must not contain a name or password; use --token-file");
+    throw UsageError("an address must not contain a name or password; use --token-file");
   if (url.part(CURLUPART_QUERY) || url.part(CURLUPART_FRAGMENT))
-    throw UsageError("the address of a set must not contain '?' or '#'; use --token-file for a token");
+    throw UsageError("an address must not contain '?' or '#'; use --token-file for a token");
   std::string path = url.part(CURLUPART_PATH).value_or("/");
   while (path.ends_with('/')) path.pop_back();
   set = origin + path;

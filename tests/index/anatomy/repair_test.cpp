@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <sstream>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -113,6 +114,36 @@ TEST(Repair, LinksTreesThatBeginNearTheSoma) {
   const Repaired result = repairedOnce(text, {.soma_links = true});
   EXPECT_EQ(result.changes, Changes{"soma_linked 2 1"});
   EXPECT_EQ(repairedOnce("1 3 0 0 0 5 -1\n2 3 6 0 0 1 -1\n", {.soma_links = true}).changes, Changes{});
+}
+
+// A chain at the height z, in steps of 1 um.
+std::string straightText(int first, double x, double z, int parent) {
+  std::string text;
+  for (int i = 0; i < 30; ++i)
+    text += std::to_string(first + i) + " 2 " + std::to_string(x + i) + " 0 " + std::to_string(z) + " 0.3 " +
+            std::to_string(i == 0 ? parent : first + i - 1) + "\n";
+  return text;
+}
+
+TEST(Repair, ADroppedLinkIsNotMadeAgain) {
+  const std::string text = "1 1 0 0 0 2 -1\n" + straightText(2, 45, 0, 1) + straightText(32, 46, 9, 1);
+  for (const RepairOptions& options : {RepairOptions{.drop_long_links = true, .soma_links = true},
+                                       RepairOptions{.drop_long_links = true, .join_gaps_um = 100}}) {
+    const Changes changes = repairedOnce(text, options).changes;
+    const auto counted = [&](std::string_view kind) {
+      return std::count_if(changes.begin(), changes.end(), [&](const auto& c) { return c.starts_with(kind); });
+    };
+    EXPECT_EQ(counted("link_dropped"), 2);
+    EXPECT_EQ(counted("soma_linked"), 0);
+    EXPECT_EQ(counted("gap_joined"), options.soma_links ? 0 : 1);  // the two pieces, 9 um apart
+  }
+}
+
+// An unknown radius that becomes known moves the surface of the soma.
+TEST(Repair, SomaLinksGoByTheRadiiThatAreWritten) {
+  const std::string text = "1 1 0 0 0 NaN -1\n2 3 55 0 0 1 -1\n3 3 58 0 0 1 2\n";
+  EXPECT_EQ(repairedOnce(text, {.soma_links = true, .unknown_radius_um = 8}).changes,
+            (Changes{"unknown_radius 1 0", "soma_linked 2 1"}));
 }
 
 TEST(Repair, TwiceIsOnceOnRandomForests) {

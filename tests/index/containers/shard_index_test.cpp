@@ -244,7 +244,7 @@ TEST(SkeletonShards, ADamagedObjectLeavesTheOthers) {
 }
 
 TEST(ObjectIds, NameTheLineOfAMistake) {
-  EXPECT_EQ(readObjectIds("# ids\n 7 \r\n18446744073709551615 # the last\n", "ids"),
+  EXPECT_EQ(readObjectIds("\xEF\xBB\xBF# ids\n 7 \r\n18446744073709551615 # the last\n", "ids"),
             (std::vector<std::uint64_t>{7, UINT64_MAX}));
   for (const auto& [text, message] : std::vector<std::pair<std::string, std::string>>{
            {"1\n-2\n", "ids:2: -2 is not an id"}, {"18446744073709551616", "ids:1: "}, {"\n#\n", "ids: holds no id"}}) {

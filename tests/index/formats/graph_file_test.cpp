@@ -354,6 +354,9 @@ TEST(NeuroglancerSkeleton, RefusesAnInfoThatItCannotFollow) {
         type + R"("vertex_attributes": [{"id": "a", "data_type": "float64", "num_components": 1}]})",
         type + R"("vertex_attributes": [{"id": "a", "data_type": "int8", "num_components": -1}]})"})
     EXPECT_THROW(SkeletonInfo::parse(bad, "info"), InputError) << bad;
+  const SkeletonInfo none = SkeletonInfo::parse(
+      type + R"("sharding": null, "transform": null, "vertex_attributes": null, "segment_properties": null})", "info");
+  EXPECT_EQ(none.transform_nm[0], 1) << "null is no statement";
 }
 
 TEST(GraphFile, EndingsNameTheFormat) {

@@ -67,6 +67,21 @@ TEST(Nml, OneCellATreeInVoxelsOfTheScale) {
   EXPECT_TRUE(std::isnan(cell.radii_um[1]));
 }
 
+TEST(Nml, AllListsOfNodesAndEdgesOfATreeAreRead) {
+  const std::string tree =
+      "<thing id=\"1\"><nodes><node id=\"1\" x=\"1\" y=\"2\" z=\"3\"/></nodes><edges/>"
+      "<nodes><node id=\"2\" x=\"4\" y=\"2\" z=\"3\"/></nodes><edges>" +
+      kOneEdge + "</edges></thing>";
+  const std::string comment = "<comments><comment node=\"2\" content=\"spine\"/></comments>";
+  EXPECT_EQ(readNmlText(fileText(tree + comment)).table, "a.nml\twarn\t2\t1\t-\tW_ELEMENT:1\n");
+}
+
+TEST(Nml, AnUnknownUnitOfScaleIsNamed) {
+  const std::string parameters = "<parameters><scale x=\"1\" y=\"1\" z=\"1\" unit=\"parsec\"/></parameters>";
+  EXPECT_EQ(readNmlText(fileText(treeText("id=\"1\"", kTwoNodes, kOneEdge), parameters)).reason,
+            "unknown unit of scale: parsec");
+}
+
 TEST(Nml, LoopsAreKept) {
   const NmlReading reading =
       readNmlText(fileText(treeText("id=\"1\"", kTwoNodes + "<node id=\"3\" x=\"1\" y=\"1\" z=\"1\"/>",

@@ -6,10 +6,12 @@
 #include "index/input/input.h"
 #include "index/verify/verify.h"
 #include "tests/support/temp_folder.h"
+#include "tests/support/zip_builder.h"
 
 #include <algorithm>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -147,6 +149,62 @@ TEST_F(Sync, ACellWhoseFileIsDamagedNowStays) {
   write("c2.swc", 100, 20);
   EXPECT_EQ(sync(true).counts.equal, 5u);
   expectAsOneIngest();
+}
+
+TEST_F(Sync, CellsOfADamagedEntryStayWhateverItsName) {
+  const auto pack = [&](std::optional<std::uint32_t> crc32) {
+    std::vector<test::ZipMember> members;
+    for (const char* const name : {"C:\\lab\\a.swc", "/b.swc", "c.swc"}) {
+      members.push_back(test::zipMember(name, "1 1 0 0 0 2 -1\n2 3 9 0 0 1 1\n"));
+      if (members.size() < 3) members.back().crc32 = crc32;
+    }
+    writeBytes(lab_ + "/z.zip", test::buildZip(members));
+  };
+  pack(std::nullopt);
+  make(set_);
+  EXPECT_EQ(names(), (std::vector<std::string>{"a", "b", "c"}));
+  pack(7);
+  const SyncResult result = sync(true);
+  EXPECT_EQ(result.counts.held, 2u);
+  EXPECT_EQ(result.counts.removed, 0u);
+  EXPECT_EQ(fate("z.zip/b.swc"), "held");
+  EXPECT_EQ(names().size(), 3u);
+}
+
+TEST_F(Sync, TheCellOfADamagedFileStaysBesideAnEqualSource) {
+  const auto pack = [&](std::optional<std::uint32_t> crc32) {
+    std::vector<test::ZipMember> members = {test::zipMember("a.swc", "1 1 0 0 0 2 -1\n2 3 9 0 0 1 1\n"),
+                                            test::zipMember("a.swc", "1 1 0 0 0 2 -1\n2 3 7 0 0 1 1\n")};
+    members[1].crc32 = crc32;
+    writeBytes(lab_ + "/z.zip", test::buildZip(members));
+  };
+  pack(std::nullopt);
+  make(set_);
+  pack(7);
+  const SyncResult result = sync(true);
+  EXPECT_EQ(result.counts.equal, 1u);
+  EXPECT_EQ(result.counts.held, 1u);
+  EXPECT_EQ(result.counts.removed, 0u);
+  EXPECT_EQ(fate("z.zip/a.swc"), "held");
+  EXPECT_EQ(names(), (std::vector<std::string>{"a", "a#2"}));
+}
+
+TEST_F(Sync, CellsOfAFileThatIsPassedOverNowStay) {
+  const auto neurons = [](const std::string& name) {
+    return R"({"neurons": [{"idString": ")" + name +
+           R"(", "axon": [{"sampleNumber": 1, "x": 1, "y": 2, "z": 3, "radius": 1, "parentNumber": -1}]}]})";
+  };
+  write("c.swc", 100, 0);
+  writeBytes(lab_ + "/n.json", neurons("N"));
+  writeBytes(lab_ + "/z.zip", test::buildZip({test::zipMember("m.json", neurons("M"))}));
+  make(set_);
+  writeBytes(lab_ + "/n.json", "");
+  writeBytes(lab_ + "/z.zip", test::buildZip({test::zipMember("m.json", "<html>not found</html>")}));
+  const SyncResult result = sync(true);
+  EXPECT_EQ(result.counts.held, 2u);
+  EXPECT_EQ(result.counts.removed, 0u);
+  EXPECT_EQ(fate("n.json/N") + fate("z.zip/m.json/M"), "heldheld");
+  EXPECT_EQ(names().size(), 3u);
 }
 
 TEST_F(Sync, DeleteIsRefusedIfAnInputIsUnreadableOrTheFolderIsEmpty) {

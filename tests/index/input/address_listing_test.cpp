@@ -196,6 +196,62 @@ TEST_F(AddressListing, PropertiesOfTheVolumeAndASpatialIndexChoose) {
   EXPECT_THROW(chosen(folder_.file("cell.swc"), {"layer=5"}), UsageError) << "no skeletons";
 }
 
+TEST_F(AddressListing, PropertiesOfAVolumeNameItsSkeletons) {
+  const auto properties = [](const std::string& ids, const std::string& labels) {
+    return R"({"inline": {"ids": [)" + ids + R"(], "properties": [{"id": "label", "type": "label", "values": [)" +
+           labels + "]}]}}";
+  };
+  write("v/info", R"({"type": "segmentation", "scales": [], "skeletons": "s/", "segment_properties": "names"})");
+  write("v/names/info", properties(R"("1", "3")", R"("one", "three")"));
+  write("v/s/info", R"({"@type": "neuroglancer_skeletons", "segment_properties": "own"})");
+  for (const char* const id : {"v/s/1", "v/s/3", "v/s/4"}) write(id, bytesOfPair());
+  EXPECT_EQ(readAll(server_ / "v"), (Found{"s/1 one", "s/3 three"})) << "it lists them too";
+  EXPECT_EQ(readAll(server_ / "v", {3, 4}), (Found{"s/3 three", "s/4 "}));
+  EXPECT_EQ(readAll(folder_.file("v")), (Found{"1 one", "3 three", "4 "}));
+  write("v/s/own/info", properties(R"("4")", R"("four")"));
+  EXPECT_EQ(readAll(server_ / "v"), Found{"s/4 four"}) << "those of the skeletons come first";
+  EXPECT_EQ(readAll(folder_.file("v")), (Found{"1 ", "3 ", "4 four"}));
+}
+
+TEST_F(AddressListing, AnAddressHoldsNoPasswordAndNoQuery) {
+  const std::string host = server_.url().substr(7);
+  for (const std::string& wrong : {"http://user:s3cret@" + host + "/s", server_ / "s?s3cret", server_ / "s#s3cret"}) {
+    const std::string said = failureOf<UsageError>(wrong);
+    EXPECT_NE(said.find("an address must not contain"), std::string::npos) << said;
+    EXPECT_EQ(said.find("s3cret"), std::string::npos) << "a secret in a message";
+  }
+}
+
+TEST_F(AddressListing, BytesBehindACodingAreRefusedAtOnce) {
+  write("s/1", test::gzipped(bytesOfPair()) + test::gzipped(bytesOfPair()));
+  server_.fault("coded", "/s/1", 1000, {{"coding", "gzip"}});
+  server_.log();
+  EXPECT_NE(readAll(server_ / "s", {1}).at(0).find("its Content-Encoding (gzip) is damaged"), std::string::npos);
+  int asked = 0;
+  for (const auto& request : server_.log()) asked += request["path"] == "/s/1";
+  EXPECT_EQ(asked, 1);
+}
+
+TEST_F(AddressListing, AShardThatIsRefusedIsNotCalledMissing) {
+  write("h/info", R"({"@type": "neuroglancer_skeletons", "sharding": {"@type": "neuroglancer_uint64_sharded_v1",
+      "preshift_bits": 0, "hash": "identity", "minishard_bits": 0, "shard_bits": 2}})");
+  const std::string pair = bytesOfPair();
+  std::string shard;
+  const auto add = [&](std::uint64_t number) {
+    for (int i = 0; i < 8; ++i) shard += static_cast<char>(number >> 8 * i);
+  };
+  for (const std::uint64_t number : {pair.size(), pair.size() + 24}) add(number);
+  shard += pair;
+  for (const std::uint64_t number : {std::size_t{5}, std::size_t{0}, pair.size()}) add(number);
+  write("h/1.shard", shard);
+  server_.fault("status", "/h/2.shard", 1000, {{"status", 403}});
+  EXPECT_EQ(readAll(server_ / "h", {5, 6, 7}),
+            (Found{"1.shard/5 ", "6: its shard 2.shard is refused by the server (403), or is not there",
+                   "7: its shard 3.shard is not on the server (404)"}));
+  EXPECT_NE(failureOf<IoError>(server_ / "h", {6}).find("refuses access (403)"), std::string::npos);
+  EXPECT_NE(failureOf<InputError>(server_ / "h", {7}).find("holds no shard with these ids"), std::string::npos);
+}
+
 TEST_F(AddressListing, AnEndedRunGoesOnFromTheCache) {
   write("s/1", bytesOfPair());
   write("s/3", bytesOfPair());

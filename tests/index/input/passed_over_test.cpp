@@ -4,10 +4,12 @@
 #include "index/ingest/input_provenance.h"
 #include "index/input/input.h"
 #include "tests/support/temp_folder.h"
+#include "tests/support/variable.h"
 #include "tests/support/zip_builder.h"
 
 #include <filesystem>
 #include <sstream>
+#include <sys/stat.h>
 
 #include <gtest/gtest.h>
 
@@ -66,7 +68,8 @@ TEST(PassedOver, EveryFileOfAFolderIsCountedByItsEnding) {
 
 TEST(PassedOver, TheReasonNamesTheFormat) {
   const test::TempFolder folder;
-  for (const char* name : {"a.swc", "m.hoc", "x.png", "package.json"}) test::writeBelow(folder, name, kTwoSamples);
+  for (const char* name : {"a.swc", "m.hoc", "n.nml.gz", "o.OBJ", "x.png", "package.json"})
+    test::writeBelow(folder, name, kTwoSamples);
   Input input({folder.path()});
   sourcesRead(input);
   std::string said;
@@ -76,6 +79,8 @@ TEST(PassedOver, TheReasonNamesTheFormat) {
   EXPECT_EQ(
       said,
       "a.swc accepted \nm.hoc passed NEURON (.hoc), which filiform does not read\n"
+      "n.nml.gz passed packed; only .swc.gz, .asc.gz and .tar.gz are read\n"
+      "o.OBJ passed a graph, which is read only if the file is named\n"
       "package.json passed holds no cell that filiform reads\nx.png passed no format of neurons that filiform reads\n");
 }
 
@@ -155,6 +160,43 @@ TEST(PassedOver, H5AndMouseLightOfArchivesAreRead) {
   EXPECT_EQ(totals(input.reports()).passed_over, (std::map<std::string, std::uint64_t>{{".h5", 1}, {".json", 1}}));
   const std::string said = summary(input.reports());
   EXPECT_NE(said.find("skipped a.zip/cut.json: line 1: ends inside a list or an object"), std::string::npos) << said;
+}
+
+TEST(PassedOver, FilesOfArchivesAreNotWrittenToADisk) {
+  const test::TempFolder folder;
+  writeMorphology(folder.file("m.h5"));
+  test::writeBytes(folder.file("a.zip"), test::buildZip({test::zipMember("m.h5", test::readBytes(folder.file("m.h5"))),
+                                                         test::zipMember("AA1.json", kOneNeuron)}));
+  const test::Variable no_disk("TMPDIR", folder.file("missing"));
+  Input input({folder.file("a.zip")});
+  EXPECT_EQ(sourcesRead(input), (std::vector<std::string>{"a.zip/AA1.json/AA1", "a.zip/m.h5"}));
+}
+
+TEST(PassedOver, AFileOfAnArchiveBeyondItsShareOfTheMemoryIsRefused) {
+  const test::TempFolder folder;
+  const std::string blanks(std::size_t{2} << 20, ' ');
+  test::writeBytes(folder.file("a.zip"), test::buildZip({test::zipMember("AA1.json", kOneNeuron),
+                                                         test::zipMember("large.json", kOneNeuron + blanks),
+                                                         test::zipMember("other.json", "{}" + blanks)}));
+  InputOptions options;
+  options.memory = std::uint64_t{16} << 20;
+  Input input({folder.file("a.zip")}, options);
+  EXPECT_EQ(sourcesRead(input), std::vector<std::string>{"a.zip/AA1.json/AA1"});
+  EXPECT_EQ(totals(input.reports()).passed_over, (std::map<std::string, std::uint64_t>{{".json", 1}}));
+  const std::string said = summary(input.reports());
+  EXPECT_NE(said.find("skipped a.zip/large.json: 2097259 bytes, but such a file of an archive is read in memory, up to "
+                      "2097152 bytes; unpack the archive (E_UNREADABLE)"),
+            std::string::npos)
+      << said;
+}
+
+TEST(PassedOver, APipeNamedLikeATableIsRefusedAndNotOpened) {
+  const test::TempFolder folder;
+  test::writeBelow(folder, "a.swc", kTwoSamples);
+  ASSERT_EQ(::mkfifo(folder.file("pipe.csv").c_str(), 0600), 0);
+  Input input({folder.path()});
+  EXPECT_EQ(sourcesRead(input), std::vector<std::string>{"a.swc"});
+  EXPECT_EQ(rowsChecked(input), "a.swc\taccept\t2\t1\t-\t-\npipe.csv\trefuse\t0\t0\t-\tE_UNREADABLE:1\n");
 }
 
 TEST(PassedOver, LinksOfArchivesAreCountedWhateverTheirName) {

@@ -232,7 +232,7 @@ TEST_F(HttpSourceTest, EveryLastingFaultGivesOneClearLine) {
       {"status", {{"status", 302}, {"location", "/a.fil/CURRENT"}}, "CURRENT", "redirects too often"},
       {"status", {{"status", 302}, {"location", "ftp://host/x"}}, "CURRENT", "not HTTP"},
       {"status", {{"status", 302}}, "CURRENT", "answered 302"},
-      {"large", {{"bytes", 100'000}}, "CURRENT", "belongs to no tile set"},
+      {"large", {{"bytes", 100'000}}, "CURRENT", "has more than "},
       {"other", {}, "directory.bin", "other bytes than those asked for"},
       {"bare", {}, "directory.bin", "other bytes than those asked for"},
       {"cut", {}, ".pack", "cannot be read"},

@@ -216,6 +216,7 @@ TEST_F(CircuitCommand, WhatIsNotPlacedIsCountedAndACircuitThatPlacesNothingIsRef
       << broken.out;
   for (const auto& [types, reason] :
        {std::pair("node_type_id morphology\n7 A\n8 B\n", "the morphologies of 2 are missing, the first is A.swc"),
+        {"node_type_id morphology_file\n7 C.asc\n8 B\n", "the morphologies of 2 are missing, the first is C.asc\n"},
         {"node_type_id kind\n7 a\n8 b\n", "none has a morphology (attribute morphology or morphology_file)"}}) {
     const Outcome none = checked("none", types);
     EXPECT_EQ(none.exit_code, 1) << none.out;

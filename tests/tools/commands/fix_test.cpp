@@ -84,6 +84,45 @@ TEST(Fix, TwiceGivesTheSameBytes) {
   EXPECT_NE(changes.find("gap.swc\t4\t4\tgap_joined\tparent is now sample 3, "), std::string::npos) << changes;
 }
 
+// Two cells that a long link made one.
+TEST(Fix, CellsThatADroppedLinkJoinedBecomeFiles) {
+  const test::TempFolder folder;
+  std::string text = "# two cells\n";
+  for (int i = 0; i < 42; ++i)
+    text += std::to_string(i + 1) + (i % 21 == 0 ? " 1 " : " 3 ") + std::to_string(i % 21 * 3 + i / 21 * 900) + " " +
+            std::to_string(i % 3) + " " + std::to_string(i % 2) + " 1 " + (i == 0 ? "-1" : std::to_string(i)) + "\n";
+  test::writeBelow(folder, "in/a.swc", text);
+  const auto fix = [&](const std::string& in, const std::string& out) {
+    const Outcome outcome = runFiliform({"fix", folder / in, "-o", folder / out, "--drop-long-links"});
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return swcFilesIn(folder / out);
+  };
+  const auto once = fix("in", "out1");
+  ASSERT_EQ(once.size(), 2u);
+  EXPECT_TRUE(once.at("a_2.swc").starts_with("# two cells\n22 1 900 0 1 1 -1\n")) << once.at("a_2.swc");
+  const std::string changes = test::readBytes(folder / "out1/changes.tsv");
+  for (const char* row : {"a.swc\t23\t22\tlink_dropped\tlink to sample 21, ", "a.swc\t-\t-\twritten\ta_1.swc\n",
+                          "a.swc\t-\t-\twritten\ta_2.swc\n"})
+    EXPECT_NE(changes.find(row), std::string::npos) << row << changes;
+  EXPECT_EQ(fix("out1", "out2"), once);
+  EXPECT_EQ(
+      runFiliform({"fix", folder / "in", "-o", folder / "whole", "--drop-long-links", "--one-cell-a-file"}).exit_code,
+      0);
+  EXPECT_EQ(swcFilesIn(folder / "whole").size(), 1u);
+}
+
+TEST(Fix, NamesTheOffsetAndTheUnit) {
+  const test::TempFolder folder;
+  test::writeBelow(folder, "a.swc", "# OFFSET 10 20 30.5\n1 1 0 0 0 5 -1\n2 3 0 6 0 1 1\n");
+  EXPECT_EQ(runFiliform({"fix", folder / "a.swc", "-o", folder / "out", "--apply-offset", "--unit", "nm"}).exit_code,
+            0);
+  EXPECT_NE(swcFilesIn(folder / "out").at("a.swc").find("\n1 1 0.01 0.02 0.0305 0.005 -1\n"), std::string::npos);
+  const std::string changes = test::readBytes(folder / "out/changes.tsv");
+  EXPECT_NE(changes.find("a.swc\t-\t-\toffset_added\tthe OFFSET of the header: 10 20 30.5\n"), std::string::npos)
+      << changes;
+  EXPECT_NE(changes.find("-\t-\t-\tunit\t--unit nm: "), std::string::npos) << changes;
+}
+
 TEST(Fix, ReplacesFilesOnlyWithForceAndNeverItsInput) {
   const test::TempFolder folder;
   writeMessyFolder(folder);
@@ -113,10 +152,13 @@ TEST(Fix, MistakesAreOneLine) {
     EXPECT_TRUE(outcome.oneLineOnStderr()) << outcome.err;
     EXPECT_FALSE(fs::exists(folder / "out"));
   }
-  const Outcome nothing = runFiliform({"fix", folder / "in/empty.swc", "-o", folder / "out"});
-  EXPECT_EQ(nothing.exit_code, 1);
-  EXPECT_TRUE(nothing.oneLineOnStderr()) << nothing.err;
-  EXPECT_FALSE(fs::exists(folder / "out"));
+  test::writeBelow(folder, "in/loop.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nl 1 2 3 1\n");
+  for (const char* input : {"in/empty.swc", "in/loop.obj"}) {
+    const Outcome nothing = runFiliform({"fix", folder / input, "-o", folder / "out"});
+    EXPECT_EQ(nothing.exit_code, 1);
+    EXPECT_TRUE(nothing.oneLineOnStderr()) << nothing.err;
+    EXPECT_FALSE(fs::exists(folder / "out"));
+  }
 }
 
 }  // namespace

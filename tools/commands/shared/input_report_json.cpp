@@ -67,8 +67,8 @@ void writeSourceJson(std::ostream& out, const SourceReport& source, std::size_t 
       row.beginElement();
       const InputOutcome outcome = outcomeOfInput(source, entry);
       OpenJson one(out,
-                   figures("entry", entry.entry, entry.bytes, entry.report, &outcome, source.file + "/" + entry.entry,
-                           extras.fates),
+                   figures("entry", entry.entry, entry.bytes, entry.report, &outcome,
+                           source.file + "/" + entry.shown_label(), extras.fates),
                    level + 2);
       writeRecords(entry.report, one, out, level + 2);
       one.end();

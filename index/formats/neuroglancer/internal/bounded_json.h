@@ -12,7 +12,11 @@ namespace filiform::internal {
 // O(length).
 inline nlohmann::json boundedJson(std::string_view text) {
   int depth = 0, deepest = 0;
+  bool in_text = false, behind_backslash = false;
   for (const char c : text) {
+    if (c == '"' && !behind_backslash) in_text = !in_text;
+    behind_backslash = in_text && c == '\\' && !behind_backslash;
+    if (in_text) continue;
     depth += c == '[' || c == '{';
     depth -= c == ']' || c == '}';
     deepest = std::max(deepest, depth);

@@ -80,7 +80,9 @@ struct SegmentProperties::Reader {
     if (id.empty()) fail("one of its properties has no id");
     const std::string type = memberOf(property, "type"), about = memberOf(property, "description");
     if (about == kComputed) return;
-    if (type != "label" && type != "description" && type != "string" && type != "number" && type != "tags") {
+    const bool known =
+        type == "label" || type == "description" || type == "string" || type == "number" || type == "tags";
+    if (!known || (type == "label" && !result.labels_.empty())) {
       result.left_out_.push_back(id);
       return;
     }
@@ -164,6 +166,7 @@ struct SegmentProperties::Reader {
 SegmentProperties::SegmentProperties(std::string_view text, const std::string& file) {
   Reader reader{*this, file};
   const Json json = internal::boundedJson(text);
+  if (json.is_discarded()) reader.fail("is not the info of segment properties: no valid JSON of at most 64 levels");
   if (!json.is_object()) reader.fail("is not the info of segment properties");
   if (!json.contains("inline")) return;
   const Json& all = json["inline"];

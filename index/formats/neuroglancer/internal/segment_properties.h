@@ -34,7 +34,7 @@ class SegmentProperties {
   SegmentProperties(std::string_view json, const std::string& file);
 
   const std::vector<std::uint64_t>& ids() const { return ids_; }  // ascending, each once
-  // Properties of a type that is not known; they are left out.
+  // Properties of a type that is not known, and labels after the first; they are left out.
   const std::vector<std::string>& leftOut() const { return left_out_; }
   std::uint64_t held_bytes() const { return held_bytes_; }
 

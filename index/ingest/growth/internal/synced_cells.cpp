@@ -95,9 +95,8 @@ bool SyncedCells::isEqual(std::uint32_t id, const Cell& cell) const {
   return bounds.lo == record.bounds.lo && bounds.hi == record.bounds.hi;
 }
 
-void SyncedCells::finish(const std::vector<Provenance::Lost>& lost, bool remove) {
-  std::unordered_set<std::string> lost_names;
-  for (const Provenance::Lost& input : lost) lost_names.insert(input.name);
+void SyncedCells::finish(const std::vector<std::string>& unusable, bool remove) {
+  const std::unordered_set<std::string> held_names(unusable.begin(), unusable.end());
   for (Passed& passed : passed_) {  // replaces the cells of its source in the order of ids
     const auto found = open_.find(passed.source);
     if (found == open_.end() || found->second.empty()) {
@@ -111,13 +110,14 @@ void SyncedCells::finish(const std::vector<Provenance::Lost>& lost, bool remove)
   }
   for (const auto& [source, ids] : open_) {
     if (ids.empty()) continue;
-    const bool read = fates_.contains(source), held = !read && isIn(lost_names, source);
-    if (read) fates_[source] = SyncFate::kChanged;
-    const SyncFate fate = held ? SyncFate::kHeld : remove ? SyncFate::kRemoved : SyncFate::kGone;
-    if (!read) fates_[source] = fate;
+    const SyncFate fate = isIn(held_names, source)  ? SyncFate::kHeld
+                          : fates_.contains(source) ? SyncFate::kChanged
+                          : remove                  ? SyncFate::kRemoved
+                                                    : SyncFate::kGone;
+    fates_[source] = fate;
     for (const std::uint32_t id : ids) {
-      removed_[id] = read || fate == SyncFate::kRemoved;
-      ++(removed_[id] ? counts_.removed : held ? counts_.held : counts_.gone);
+      removed_[id] = fate == SyncFate::kChanged || fate == SyncFate::kRemoved;
+      ++(removed_[id] ? counts_.removed : fate == SyncFate::kHeld ? counts_.held : counts_.gone);
       if (!removed_[id]) staying_.push_back(id);
     }
   }

@@ -4,7 +4,6 @@
 #include "index/attributes/cell_attributes.h"
 #include "index/cell/cell.h"
 #include "index/ingest/growth/sync_fate.h"
-#include "index/set/provenance.h"
 #include "index/set/tile_set.h"
 
 #include <cstdint>
@@ -27,9 +26,10 @@ class SyncedCells final : public CellStream {
   bool next(Cell& cell) override;
 
   // After the stream's end. Decides what becomes of the cells of the set that the stream did not have. A cell is held
-  // if its source is one of `lost`, or lies in it: it stays, since its file cannot be used now. Others of a source that
-  // the stream had are replaced; others are gone, and stay unless `remove`.
-  void finish(const std::vector<Provenance::Lost>& lost, bool remove);
+  // if its source is one of `unusable`, or lies in it: it stays, since its file cannot be used now, also if the stream
+  // had another cell of an equal source. Others of a source that the stream had are replaced; others are gone, and stay
+  // unless `remove`.
+  void finish(const std::vector<std::string>& unusable, bool remove);
   // After finish():
   const SyncCounts& counts() const { return counts_; }
   std::map<std::string, SyncFate> fates() const;                          // by source

@@ -75,11 +75,30 @@ TEST(SegmentProperties, AKindThatIsNotKnownIsNamed) {
   EXPECT_TRUE(SegmentProperties(R"({"@type": "neuroglancer_segment_properties"})", "info").ids().empty());
 }
 
+TEST(SegmentProperties, ASecondLabelIsLeftOut) {
+  const SegmentProperties properties(propertiesOf(R"("1")", R"({"id": "a", "type": "label", "values": ["first"]},
+                                                               {"id": "b", "type": "label", "values": ["second"]})"),
+                                     "info");
+  EXPECT_EQ(namedBy(properties, 1), "first id=1");
+  EXPECT_EQ(properties.leftOut(), std::vector<std::string>{"b"});
+}
+
+TEST(SegmentProperties, BracketsInTextsAreNoNesting) {
+  std::string label = R"(\\\"\\)";
+  for (int i = 0; i < 100; ++i) label += "[{";
+  const SegmentProperties properties(
+      propertiesOf(R"("1")", R"({"id": "a", "type": "label", "values": [")" + label + "\"]}"), "info");
+  EXPECT_TRUE(namedBy(properties, 1).starts_with(R"(\"\[{[{)")) << namedBy(properties, 1);
+}
+
 TEST(SegmentProperties, RefusesWhatContradictsItself) {
   const auto text = [](const std::string& property) { return propertiesOf(R"("1", "2")", property); };
   for (
       const auto& [json, reason] : std::vector<std::pair<std::string, std::string>>{
-          {"no json", "is not the info of segment properties"},
+          {"no json", "is not the info of segment properties: no valid JSON"},
+          {"[\"" + std::string(1000, ']') + "\", " + std::string(1000, '[') + std::string(1001, ']'),
+           "at most 64 levels"},
+          {"[]", "is not the info of segment properties"},
           {std::string(1000, '['), "is not the info of segment properties"},
           {R"({"inline": {"ids": 3}})", "holds no list inline.ids"},
           {propertiesOf(R"("1", "x")", ""), "id 2 is not a text of decimal digits"},
@@ -111,7 +130,8 @@ TEST(SegmentProperties, NameTheCellsOfAFolder) {
   const test::TempFolder folder;
   std::filesystem::create_directories(folder.file("s/names"));
   test::writeBytes(folder.file("s/info"), R"({"@type": "neuroglancer_skeletons", "segment_properties": "names"})");
-  for (const char* const id : {"1", "3", "5"}) test::writeBytes(folder.file(std::string("s/") + id), kNode);
+  for (const char* const id : {"1", "3", "5", "18446744073709551616"})  // the last is no id
+    test::writeBytes(folder.file(std::string("s/") + id), kNode);
   const auto read = [&] {
     std::map<std::string, std::string> cells;
     Input input({folder.file("s")});
