@@ -15,6 +15,7 @@
 #include "index/anatomy/input_anatomy.h"
 #include "index/attributes/cell_attributes.h"
 #include "index/attributes/cell_filter.h"
+#include "index/cell/attribute_conditions.h"
 #include "index/cell/cell_parts.h"
 #include "index/circuits/circuit.h"
 #include "index/circuits/placements.h"
@@ -404,6 +405,12 @@ void cellSections(const std::unique_ptr<TileSet>& set) {
 void cellParts(const Cell& whole) {
   // index/cell/cell_parts.h
   for (const Cell& cell : cellPartsOf(whole).cells) std::cout << cell.name << '\n';
+}
+
+void attributeConditions() {
+  // index/cell/attribute_conditions.h
+  const AttributeConditions conditions({"mtype=L5_*", "layer>=4"});
+  std::cout << conditions.all().front().meets(AttributeValue("L5_TPC:A")) << '\n';
 }
 
 void cellFilter(const std::unique_ptr<TileSet>& set, const CellAttributes& attributes) {

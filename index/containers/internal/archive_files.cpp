@@ -15,7 +15,7 @@
 namespace filiform::internal {
 namespace {
 
-constexpr std::uint64_t kMostBytes = std::uint64_t{256} << 20;
+constexpr std::uint64_t kMostBytesOfEntry = std::uint64_t{256} << 20;
 constexpr std::uint64_t kCopies = 3;  // of a file in memory, with those of the program that reads H5
 
 // The content of an entry is of another kind than its name says.
@@ -79,7 +79,7 @@ std::unique_ptr<Container> ArchiveFiles::open(std::unique_ptr<Container> archive
   if (archive->refusal() || std::none_of(archive->entries().begin(), archive->entries().end(), holds_several))
     return archive;
   return std::unique_ptr<Container>(
-      new ArchiveFiles(std::move(archive), std::min(kMostBytes, memory / 8), hdf5, progress));
+      new ArchiveFiles(std::move(archive), std::min(kMostBytesOfEntry, memory / 8), hdf5, progress));
 }
 
 ArchiveFiles::ArchiveFiles(std::unique_ptr<Container> archive, std::uint64_t most_bytes, Hdf5Process& hdf5,
