@@ -76,11 +76,11 @@ bool CellFindings::anyDoubt() const {
 
 const std::vector<Finding>& InputAnatomy::add(const Cell& cell) {
   const std::vector<Finding>& findings = check_.of(cell);
-  measures_.push_back({cell.source, cell.name, contentOf(cell), static_cast<float>(check_.median_um()),
+  measures_.push_back({cell.source, cell.name, cell.digest, contentOf(cell), static_cast<float>(check_.median_um()),
                        static_cast<float>(check_.extent_um()), false});
   for (const Finding& finding : findings) measures_.back().flat |= finding.kind == FindingKind::kFlatZ;
   if (!findings.empty()) {
-    cells_.push_back({cell.source, cell.name, findings});
+    cells_.push_back({cell.source, cell.name, findings, cell.digest});
     measure_of_.push_back(static_cast<std::uint32_t>(measures_.size() - 1));
   }
   return findings;
@@ -92,6 +92,7 @@ std::vector<std::uint8_t> InputAnatomy::encode() const {
   for (std::size_t i = 0; i < measures_.size(); ++i) {
     out.sizedText(measures_[i].source);
     out.sizedText(measures_[i].name);
+    out.u64(measures_[i].digest);
     out.u64(measures_[i].content);
     out.f32(measures_[i].step_um);
     out.f32(measures_[i].extent_um);
@@ -111,11 +112,12 @@ void InputAnatomy::take(std::span<const std::uint8_t> bytes) {
     Measure measure;
     measure.source = in.sizedText();
     measure.name = in.sizedText();
+    measure.digest = in.u64();
     measure.content = in.u64();
     measure.step_um = in.f32();
     measure.extent_um = in.f32();
     measure.flat = in.u8() != 0;
-    CellFindings cell{measure.source, measure.name, {}};
+    CellFindings cell{measure.source, measure.name, {}, measure.digest};
     for (std::uint64_t n = in.varint(); n > 0; --n) cell.findings.push_back(decodeFinding(in));
     measures_.push_back(std::move(measure));
     if (cell.findings.empty()) continue;
@@ -165,11 +167,11 @@ void InputAnatomy::findOtherUnits() {
     const bool smaller = step < 1 / kOtherSize && extent < 1 / kOtherSize && mean < 1 / kOtherScale;
     if (!larger && !smaller) continue;
     char text[200];
-    std::snprintf(
-        text, sizeof text,
-        "about %.0f times %s than the cells of its folder: it extends over %.4g um, the median cell over %.4g um",
-        larger ? mean : 1 / mean, larger ? "larger" : "smaller", static_cast<double>(measure.extent_um),
-        others.extent_um);
+    std::snprintf(text, sizeof text,
+                  "about %.0f times %s than the %s: it extends over %.4g um, the median cell over %.4g um",
+                  larger ? mean : 1 / mean, larger ? "larger" : "smaller",
+                  &others == &all ? "other cells" : "cells of its folder", static_cast<double>(measure.extent_um),
+                  others.extent_um);
     findingAt(i, FindingKind::kOtherUnit).text = text;
   }
 }
@@ -199,9 +201,10 @@ void InputAnatomy::findDuplicates() {
   for (std::size_t i = 0; i < measures_.size(); ++i) {
     if (measures_[i].content == 0) continue;
     const auto [at, is_first] = first.try_emplace(measures_[i].content, static_cast<std::uint32_t>(i));
-    if (!is_first)
-      findingAt(i, FindingKind::kDuplicate).text =
-          "the same samples and links as " + inShort(measures_[at->second].source);
+    if (is_first) continue;
+    const Measure& earlier = measures_[at->second];
+    findingAt(i, FindingKind::kDuplicate).text =
+        "the same samples and links as " + inShort(CellFindings{earlier.source, earlier.name, {}}.shown());
   }
 }
 
@@ -217,7 +220,7 @@ void InputAnatomy::finish() {
     if (next < cells_.size() && measure_of_[next] == measure) {
       merged.push_back(std::move(cells_[next++]));
     } else {
-      merged.push_back({measures_[measure].source, measures_[measure].name, {}});
+      merged.push_back({measures_[measure].source, measures_[measure].name, {}, measures_[measure].digest});
     }
   };
   for (std::size_t i = 0; i < compared_.size(); ++i) {

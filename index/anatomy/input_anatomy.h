@@ -22,6 +22,7 @@ namespace filiform {
 struct CellFindings {
   std::string source, name;  // as in Cell; a name tells the cells of one source apart
   std::vector<Finding> findings;
+  std::uint64_t digest = 0;  // as in Cell; tells cells of equal sources apart
 
   std::string shown() const { return name.empty() ? source : source + " (cell " + name + ")"; }
   bool anyDoubt() const;
@@ -56,6 +57,7 @@ class InputAnatomy {
  private:
   struct Measure {
     std::string source, name;
+    std::uint64_t digest = 0;
     std::uint64_t content = 0;  // digest of samples and links; 0: fewer than two samples
     float step_um = 0, extent_um = 0;
     bool flat = false;  // has kFlatZ

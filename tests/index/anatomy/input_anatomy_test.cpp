@@ -83,7 +83,22 @@ TEST(InputAnatomy, ACopyUnderAnotherNameIsADuplicateOfTheFirst) {
   EXPECT_EQ(comparedOf(anatomy), (ComparedCells{"b/copy.swc: duplicate"}));
   for (const CellFindings& cell : anatomy.cells())
     for (const Finding& finding : cell.findings)
-      if (finding.kind == FindingKind::kDuplicate) EXPECT_TRUE(finding.text.ends_with(" a.swc")) << finding.text;
+      if (finding.kind == FindingKind::kDuplicate) {
+        EXPECT_TRUE(finding.text.ends_with(" a.swc")) << finding.text;
+      }
+}
+
+TEST(InputAnatomy, ACopyInTheSameFileNamesTheCell) {
+  InputAnatomy anatomy;
+  for (const char* name : {"two/1", "two/2"}) {
+    Cell cell = neuron(1, "two.swc");
+    cell.name = name;
+    anatomy.add(cell);
+  }
+  anatomy.finish();
+  ASSERT_EQ(comparedOf(anatomy).size(), 1u);
+  const Finding& finding = anatomy.cells().back().findings.back();
+  EXPECT_EQ(finding.text, "the same samples and links as two.swc (cell two/1)");
 }
 
 TEST(InputAnatomy, FindingsOfOtherProcessesFollowInTheirOrder) {

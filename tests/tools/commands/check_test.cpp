@@ -317,6 +317,59 @@ TEST(Check, ThePageShowsTheWorstFirstAndNamesAreOnlyText) {
   EXPECT_EQ(pictures, 2u);
 }
 
+// Samples of a cell at x, each with another radius, from an id on.
+std::string cellAt(int first, double x) {
+  std::string text = std::to_string(first) + " 1 " + std::to_string(x) + " 0 0 5 -1\n";
+  for (int i = 1; i < 8; ++i)
+    text += std::to_string(first + i) + " 3 " + std::to_string(x + 6 * i) + " " + std::to_string(i % 3) + " " +
+            std::to_string(0.5 * i) + " " + std::to_string(1 + 0.1 * i) + " " + std::to_string(first + i - 1) + "\n";
+  return text;
+}
+
+TEST(Check, ThePageDrawsEachCellOfAFile) {
+  const test::TempFolder folder;
+  test::writeBelow(folder, "in/two<b>.swc", cellAt(1, 0) + cellAt(11, 500));
+  test::writeBelow(folder, "in/warned.swc", cellAt(1, 0) + "9 3 1 1 1 1 99\n");
+  const Outcome outcome = runFiliform({"check", folder.file("in"), "--report", folder.file("r.html")});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  const std::string page = test::readBytes(folder.file("r.html"));
+  std::size_t pictures = 0;
+  for (std::size_t at = page.find("<svg"); at != std::string::npos; at = page.find("<svg", at + 1)) ++pictures;
+  EXPECT_EQ(pictures, 3u);
+  for (const char* name : {"<figcaption>two&lt;b&gt;/1</figcaption>", "<figcaption>two&lt;b&gt;/2</figcaption>"})
+    EXPECT_NE(page.find(name), std::string::npos) << page;
+}
+
+// Arguments are named by their base name.
+TEST(Check, FilesOfOneNameHaveTheirOwnFindings) {
+  const test::TempFolder folder;
+  test::writeBelow(folder, "a/cell.swc", windingText(70) + kJump);
+  test::writeBelow(folder, "b/cell.swc", windingText(80));
+  const std::string a = folder.file("a/cell.swc"), b = folder.file("b/cell.swc");
+  const Outcome strict = runFiliform({"check", a, b, "--profile", "strict"});
+  EXPECT_TRUE(strict.out.starts_with("2 inputs: 1 accepted, 0 with warnings, 1 refused; ")) << strict.out;
+  EXPECT_EQ(runFiliform({"check", a, b, "--report", folder.file("r.html")}).exit_code, 0);
+  const std::string page = test::readBytes(folder.file("r.html"));
+  const std::size_t second = page.find("<h2>cell.swc", page.find("<h2>cell.swc") + 1);
+  EXPECT_LT(page.find("long_links"), second) << page;
+  EXPECT_EQ(page.find("long_links", second), std::string::npos) << page;
+}
+
+TEST(Check, ThePageNamesARefusedFileBeforeManyDoubts) {
+  const test::TempFolder folder;
+  std::string many;  // each with a link of 400 um
+  for (int i = 0; i < 300; ++i)
+    many += cellAt(1 + 10 * i, 5000.0 * i) + std::to_string(9 + 10 * i) + " 3 " + std::to_string(5000 * i + 42) +
+            " 400 0 1 " + std::to_string(8 + 10 * i) + "\n";
+  test::writeBelow(folder, "in/many.swc", many);
+  test::writeBelow(folder, "in/empty.swc", "");
+  const Outcome outcome = runFiliform({"check", folder.file("in"), "--report", folder.file("r.html")});
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_NE(outcome.out.find("and 200 more doubts"), std::string::npos) << outcome.out;
+  const std::string page = test::readBytes(folder.file("r.html"));
+  EXPECT_LT(page.find("<h2>empty.swc"), page.find("<h2>many.swc"));
+}
+
 // A neurite of `steps` steps in a zigzag, in any unit.
 std::string neuriteText(double step, int steps) {
   std::string text = "1 1 0 0 0 1 -1\n";

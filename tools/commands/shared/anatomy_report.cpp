@@ -76,29 +76,33 @@ FindingsBySource::FindingsBySource(const std::vector<CellFindings>& cells) {
                    [](const CellFindings* a, const CellFindings* b) { return a->source < b->source; });
 }
 
-std::span<const CellFindings* const> FindingsBySource::exactly(std::string_view source) const {
-  const auto begin = std::lower_bound(by_source_.begin(), by_source_.end(), source,
-                                      [](const CellFindings* cell, std::string_view s) { return cell->source < s; });
-  auto end = begin;
-  while (end != by_source_.end() && (*end)->source == source) ++end;
-  return {begin, end};
+std::vector<const CellFindings*> FindingsBySource::exactly(const std::string& source, std::uint64_t digest) const {
+  std::vector<const CellFindings*> found;
+  for (auto at = std::lower_bound(by_source_.begin(), by_source_.end(), source,
+                                  [](const CellFindings*cell, const std::string&s) { return cell->source < s; });
+       at != by_source_.end() && (*at)->source == source; ++at)
+    if ((*at)->digest == digest) found.push_back(*at);
+  return found;
 }
 
-std::vector<const CellFindings*> FindingsBySource::of(std::string_view file) const {
-  const std::span<const CellFindings* const> own = exactly(file);
-  std::vector<const CellFindings*> found(own.begin(), own.end());
-  const std::string below = std::string(file) + "/";
-  for (auto at = std::lower_bound(by_source_.begin(), by_source_.end(), below,
-                                  [](const CellFindings*cell, const std::string&s) { return cell->source < s; });
-       at != by_source_.end() && (*at)->source.starts_with(below); ++at)
-    found.push_back(*at);
+std::vector<const CellFindings*> FindingsBySource::of(const SourceReport& row) const {
+  if (!row.archive) return exactly(row.file, row.digest);
+  std::vector<const CellFindings*> found;
+  for (const EntryReport& entry : row.entries) {
+    const std::vector<const CellFindings*> its = of(row, entry);
+    found.insert(found.end(), its.begin(), its.end());
+  }
   return found;
+}
+
+std::vector<const CellFindings*> FindingsBySource::of(const SourceReport& row, const EntryReport& entry) const {
+  return exactly(row.file + "/" + entry.shown_label(), entry.digest);
 }
 
 namespace {
 
 // The names of the doubts about the first cell that has any; empty if none has.
-std::string firstDoubts(std::span<const CellFindings* const> cells) {
+std::string firstDoubts(const std::vector<const CellFindings*>& cells) {
   std::string names;
   for (const CellFindings* cell : cells) {
     for (const Finding& finding : cell->findings)
@@ -118,7 +122,7 @@ void refuseFor(InputReport& report, const std::string& doubts) {
 
 void refuseDoubtful(std::vector<SourceReport>& reports, const FindingsBySource& findings) {
   for (SourceReport& row : reports) {
-    const std::string doubts = firstDoubts(findings.of(row.file));
+    const std::string doubts = firstDoubts(findings.of(row));
     if (doubts.empty()) continue;
     if (!row.archive) {
       refuseFor(row.report, doubts);
@@ -127,7 +131,7 @@ void refuseDoubtful(std::vector<SourceReport>& reports, const FindingsBySource& 
     row.report.severity = Severity::kRefuse;
     row.report.doubts = doubts;
     for (EntryReport& entry : row.entries) {
-      const std::string its = firstDoubts(findings.exactly(row.file + "/" + entry.entry));
+      const std::string its = firstDoubts(findings.of(row, entry));
       if (entry.dropped || its.empty()) continue;
       row.report.samples -= entry.report.samples;
       row.report.segments -= entry.report.segments;

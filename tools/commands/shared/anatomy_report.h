@@ -5,9 +5,8 @@
 #include "index/anatomy/input_anatomy.h"
 #include "index/input/source_report.h"
 
-#include <span>
+#include <cstdint>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include <nlohmann/json.hpp>
@@ -26,13 +25,14 @@ nlohmann::ordered_json findingJson(const Finding& finding);
 class FindingsBySource {
  public:
   explicit FindingsBySource(const std::vector<CellFindings>& cells);
-  // The cells that were read from a row of the reports: from the file itself, its entries, or parts of it. O(log cells
-  // + those).
-  std::vector<const CellFindings*> of(std::string_view file) const;
-  // The cells of exactly this source: a file may hold several. O(log cells + those).
-  std::span<const CellFindings* const> exactly(std::string_view source) const;
+  // The cells that were read from a file, or from the entries of a container, in the order of the report. O(log cells +
+  // those) for each entry.
+  std::vector<const CellFindings*> of(const SourceReport& row) const;
+  std::vector<const CellFindings*> of(const SourceReport& row, const EntryReport& entry) const;
 
  private:
+  std::vector<const CellFindings*> exactly(const std::string& source, std::uint64_t digest) const;
+
   std::vector<const CellFindings*> by_source_;
 };
 

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <ostream>
 #include <string_view>
 #include <unordered_set>
@@ -23,7 +24,9 @@ constexpr std::string_view kStyle =
     "body{font:14px/1.4 sans-serif;margin:2em;max-width:70em}h1{font-size:1.4em}h2{font-size:1em;margin:0 0 .3em;"
     "overflow-wrap:anywhere}pre{white-space:pre-wrap}section{display:flex;gap:1em;border-top:1px solid "
     "#ccc;padding:.7em "
-    "0}section>div{min-width:0}svg{flex:none;background:#fafafa}ul{margin:0;padding-left:1.2em}.refused,.skipped{color:"
+    "0}section>div{min-width:0}section>.cells{display:flex;flex-wrap:wrap;align-content:flex-start;gap:.3em;flex:none;"
+    "max-width:50%}figure{margin:0;width:180px;overflow-wrap:anywhere}svg{background:#fafafa}ul{margin:0;padding-left:"
+    "1.2em}.refused,.skipped{color:"
     "#"
     "a00}.doubt{color:#a40}.next{color:#555}path{fill:none;stroke-width:1}.o{stroke:#888}.a{stroke:#06c}.d{stroke:#c22}"
     ".s{stroke:#000;stroke-width:3;stroke-linecap:round}";
@@ -108,14 +111,15 @@ bool draw(const Cell& cell, int scale, std::array<Strokes, 4>& strokes) {
 
 struct PageRow {
   std::string name;
-  InputReport const* report = nullptr;
+  const InputReport* report = nullptr;
   InputOutcome outcome;
   std::vector<const CellFindings*> findings;  // of its cells
-  std::size_t worth = 0;
+  std::span<const CellPictures::Picture> pictures;
+  std::array<std::size_t, 3> worth{};
 };
 
 // Refused and skipped inputs, then doubts, warnings, notes.
-std::size_t worthOf(const PageRow& row) {
+std::array<std::size_t, 3> worthOf(const PageRow& row) {
   std::size_t doubts = 0, notes = 0;
   for (const CellFindings* cell : row.findings)
     for (const Finding& finding : cell->findings) ++(finding.doubt ? doubts : notes);
@@ -124,23 +128,25 @@ std::size_t worthOf(const PageRow& row) {
                            : doubts > 0                              ? 2
                            : row.outcome.fate == InputFate::kWarned  ? 1
                                                                      : 0;
-  return (base * 100 + doubts) * 100 + notes;
+  return {base, doubts, notes};
 }
 
-void writeRow(std::ostream& out, const PageRow& row, const std::string& picture) {
+void writeRow(std::ostream& out, const PageRow& row) {
   const std::string fate(name(row.outcome.fate));
-  out << "<section>" << picture << "<div><h2>" << html(escaped(row.name)) << "</h2><ul>";
-  if (row.report != nullptr) {
-    out << "<li class=" << fate << ">" << fate;
-    if (row.outcome.isLost())
-      out << ": " << html(escaped(row.outcome.reason))
-          << (row.outcome.code.empty() ? "" : " (" + row.outcome.code + ")");
-    else
-      out << ": " << counted(row.report->samples, "sample") << ", " << counted(row.report->segments, "segment");
-    if (!row.report->codes.empty() && !row.outcome.isLost())
-      for (const auto& [code, count] : row.report->codes.all())
-        out << "<li>" << name(code) << " " << formatCount(count) << ": " << html(explanation(code));
-  }
+  out << "<section>";
+  if (!row.pictures.empty()) out << "<div class=cells>";
+  for (const CellPictures::Picture& picture : row.pictures)
+    out << "<figure>" << picture.svg
+        << (picture.name.empty() ? "" : "<figcaption>" + html(escaped(picture.name)) + "</figcaption>") << "</figure>";
+  out << (row.pictures.empty() ? "" : "</div>") << "<div><h2>" << html(escaped(row.name)) << "</h2><ul>";
+  out << "<li class=" << fate << ">" << fate;
+  if (row.outcome.isLost())
+    out << ": " << html(escaped(row.outcome.reason)) << (row.outcome.code.empty() ? "" : " (" + row.outcome.code + ")");
+  else
+    out << ": " << counted(row.report->samples, "sample") << ", " << counted(row.report->segments, "segment");
+  if (!row.report->codes.empty() && !row.outcome.isLost())
+    for (const auto& [code, count] : row.report->codes.all())
+      out << "<li>" << name(code) << " " << formatCount(count) << ": " << html(explanation(code));
   for (const CellFindings* cell : row.findings)
     for (const Finding& finding : cell->findings) {
       const std::string places = placesText(finding, 10);
@@ -173,45 +179,54 @@ void CellPictures::add(const Cell& cell, const std::vector<Finding>& findings) {
   for (const Finding& finding : findings) worth += finding.doubt ? 100 : 1;
   const std::uint64_t number = added_++;
   if (worth <= least_worth_) return;
-  pictures_.try_emplace(cell.source, Picture{cellPicture(cell), worth, number});
-  if (pictures_.size() > 2 * kMost) discardLeast(kMost);
+  pictures_[{cell.source, cell.digest}].push_back({cell.name, cellPicture(cell), worth, number});
+  if (++held_ > 2 * kMost) discardLeast(kMost);
 }
 
 void CellPictures::discardLeast(std::size_t most) {
   std::vector<std::pair<double, std::uint64_t>> order;
-  for (const auto& [source, picture] : pictures_) order.emplace_back(-picture.worth, picture.number);
+  for (const auto& [source, pictures] : pictures_)
+    for (const Picture& picture : pictures) order.emplace_back(-picture.worth, picture.number);
   std::nth_element(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(most), order.end());
   const auto limit = order[most];
-  std::erase_if(pictures_,
-                [&](const auto& entry) { return std::pair(-entry.second.worth, entry.second.number) >= limit; });
+  for (auto& [source, pictures] : pictures_)
+    std::erase_if(pictures, [&](const Picture& p) { return std::pair(-p.worth, p.number) >= limit; });
+  std::erase_if(pictures_, [](const auto& entry) { return entry.second.empty(); });
+  held_ = most;
   least_worth_ = -limit.first;
 }
 
-const std::string& CellPictures::of(const std::string& source) const {
-  static const std::string kNone;
-  const auto at = pictures_.find(source);
-  return at == pictures_.end() ? kNone : at->second.svg;
+std::span<const CellPictures::Picture> CellPictures::of(const std::string& source, std::uint64_t digest) const {
+  const auto at = pictures_.find({source, digest});
+  if (at == pictures_.end()) return {};
+  return at->second;
 }
 
 void writeCheckPage(std::ostream& out, const std::string& summary, const std::vector<SourceReport>& reports,
                     const InputAnatomy& anatomy, const CellPictures& pictures) {
   const FindingsBySource findings(anatomy.cells());
-  std::unordered_set<const CellFindings*> shown;
   std::vector<PageRow> rows;
-  forEachInput(reports, [&](const std::string& input, const InputReport& report, const InputOutcome& outcome) {
-    const auto of_input = findings.exactly(input);
-    rows.push_back({input, &report, outcome, {of_input.begin(), of_input.end()}});
-    shown.insert(of_input.begin(), of_input.end());
-  });
-  for (const CellFindings& cell : anatomy.cells())  // of inputs that the reports name otherwise
-    if (!shown.contains(&cell)) rows.push_back({cell.source, nullptr, {}, {&cell}});
+  for (const SourceReport& source : reports) {
+    const std::optional<InputOutcome> outcome = outcomeOfInput(source);
+    if (outcome && source.archive) rows.push_back({source.file, &source.report, *outcome, {}, {}, {}});
+    if (outcome && !source.archive)
+      rows.push_back(
+          {source.file, &source.report, *outcome, findings.of(source), pictures.of(source.file, source.digest), {}});
+    for (const EntryReport& entry : source.entries)
+      rows.push_back({source.file + "/" + entry.entry,
+                      &entry.report,
+                      outcomeOfInput(source, entry),
+                      findings.of(source, entry),
+                      pictures.of(source.file + "/" + entry.shown_label(), entry.digest),
+                      {}});
+  }
   for (PageRow& row : rows) row.worth = worthOf(row);
   std::stable_sort(rows.begin(), rows.end(), [](const PageRow& a, const PageRow& b) { return a.worth > b.worth; });
 
   out << "<!DOCTYPE html>\n<html lang=en><meta charset=utf-8>\n<meta http-equiv=Content-Security-Policy "
          "content=\"default-src 'none'; style-src 'unsafe-inline'\">\n<title>filiform check</title>\n<style>"
       << kStyle << "</style>\n<h1>filiform check</h1>\n<pre>" << html(summary) << "</pre>\n";
-  for (const PageRow& row : rows) writeRow(out, row, pictures.of(row.name));
+  for (const PageRow& row : rows) writeRow(out, row);
   out << "</html>\n";
 }
 

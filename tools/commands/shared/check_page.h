@@ -1,5 +1,5 @@
-// The page of `check --report FILE.html`: each input with its verdict, its findings and a small picture, worst first.
-// The page is one file without scripts, and loads nothing.
+// The page of `check --report FILE.html`: each input with its verdict, its findings and a small picture of each cell,
+// worst first. The page is one file without scripts, and loads nothing.
 #pragma once
 
 #include "index/anatomy/input_anatomy.h"
@@ -9,8 +9,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <iosfwd>
+#include <map>
+#include <span>
 #include <string>
-#include <unordered_map>
+#include <utility>
 #include <vector>
 
 namespace filiform::tools {
@@ -23,22 +25,24 @@ std::string cellPicture(const Cell& cell);
 // Pictures of the cells that matter most. Thread rule: thread-compatible.
 class CellPictures {
  public:
-  static constexpr std::size_t kMost = 1000;  // pictures; of more cells, those with the most findings have one
+  // Of up to twice as many cells, each has a picture; of more cells, at least as many with the most findings.
+  static constexpr std::size_t kMost = 1000;
+  struct Picture {
+    std::string name, svg;  // the name as in Cell
+    double worth = 0;
+    std::uint64_t number = 0;
+  };
 
   void add(const Cell& cell, const std::vector<Finding>& findings);
-  // The picture of a source; empty if it has none. After the last add().
-  const std::string& of(const std::string& source) const;
+  // The pictures of the cells of a source with this digest, in the order of add(). Valid until the next add().
+  std::span<const Picture> of(const std::string& source, std::uint64_t digest) const;
 
  private:
   void discardLeast(std::size_t most);
 
-  struct Picture {
-    std::string svg;
-    double worth = 0;
-    std::uint64_t number = 0;
-  };
-  std::unordered_map<std::string, Picture> pictures_;  // by source
-  double least_worth_ = -1;                            // of those kept, once some were discarded
+  std::map<std::pair<std::string, std::uint64_t>, std::vector<Picture>> pictures_;  // by source and digest
+  std::size_t held_ = 0;
+  double least_worth_ = -1;  // of those kept, once some were discarded
   std::uint64_t added_ = 0;
 };
 

@@ -77,7 +77,7 @@ void writeSourceJson(std::ostream& out, const SourceReport& source, std::size_t 
   }
   if (extras.findings != nullptr) {
     row.beginList("anatomy");
-    for (const CellFindings* cell : extras.findings->of(source.file)) {
+    for (const CellFindings* cell : extras.findings->of(source)) {
       row.beginElement();
       Json said = Json::array();
       for (const Finding& finding : cell->findings) said.push_back(findingJson(finding));
