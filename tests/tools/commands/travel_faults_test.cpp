@@ -7,9 +7,11 @@
 #include <algorithm>
 #include <chrono>
 #include <csignal>
+#include <cstdint>
 #include <filesystem>
 #include <future>
 #include <string>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -66,6 +68,20 @@ class TravelFaults : public ::testing::Test {
       EXPECT_EQ(entry.path().filename().string().find(".partial-"), std::string::npos) << entry.path();
   }
 
+  // Waits until the travel has written some rows.
+  void waitForRows() const {
+    constexpr std::uintmax_t kSome = 50'000;  // bytes
+    for (int i = 0; i < 600; ++i) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+      for (const auto& entry : fs::directory_iterator(folder_.path())) {
+        std::error_code gone;
+        const bool partial = entry.path().filename().string().starts_with("t.partial-");
+        if (partial && entry.path().extension() == ".csv" && entry.file_size(gone) >= kSome && !gone) return;
+      }
+    }
+    FAIL() << "no rows after a minute";
+  }
+
   test::TempFolder folder_;
   const std::string set_ = folder_ / "t.fil";
 };
@@ -78,7 +94,7 @@ TEST_F(TravelFaults, AServerThatDiesLeavesTheTravelSoFar) {
       return runFiliform(travel(server.address() + "/v1/sets/t", {"--route", "tour:1", "--seconds", "120", "--realtime",
                                                                   "--speed", "0.5", "--budget", "2MiB"}));
     });
-    std::this_thread::sleep_for(std::chrono::seconds(4));
+    waitForRows();
     server.signal(signal);
     expectKept(travelling.get(), server.address());
     if (signal == SIGSTOP) server.signal(SIGKILL);
@@ -101,7 +117,7 @@ TEST_F(TravelFaults, ADeviceThatGoesLeavesTheTravelSoFar) {
   std::future<Outcome> travelling = std::async(std::launch::async, [&] {
     return runFiliform(travel(set_, {"--device", "bridge:" + (folder_ / "b"), "--realtime", "--seconds", "120"}));
   });
-  std::this_thread::sleep_for(std::chrono::seconds(3));
+  waitForRows();
   bridge.signal(SIGKILL);
   expectKept(travelling.get(), "the device was lost");
 }
