@@ -103,7 +103,9 @@ TEST(CellSections, APlaceOnASegmentIsTheSameThereAndBack) {
         const auto [section, at] = sections.of(*place);
         if (pos > 0 && pos < 1 && place->t > 0) {
           EXPECT_EQ(section, number);
-          if (at != 0.5) EXPECT_NEAR(at, pos, 1e-9);  // a soma of one sample has pos 0.5
+          if (at != 0.5) {  // a soma of one sample has pos 0.5
+            EXPECT_NEAR(at, pos, 1e-9);
+          }
         }
       }
     EXPECT_FALSE(sections.at(sections.size(), 0.5));
