@@ -14,7 +14,7 @@ InputOutcome outcomeAs(InputFate fate, const std::string& file, const InputRepor
   if (report.codes.empty() || (report.severity == Severity::kRefuse && !report.codes.anyRefusal())) {
     outcome.reason = !report.doubts.empty()
                          ? "refused for its doubts, because of --profile strict: " + report.doubts
-                         : "refused for its warnings, because of --strict: " + codesText(report.codes);
+                         : "refused for its warnings, as strict reading does: " + codesText(report.codes);
     return outcome;
   }
   const InputCode code = report.codes.all().front().first;
