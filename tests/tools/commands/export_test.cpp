@@ -313,7 +313,7 @@ std::vector<std::string> shapesOf(const std::string& set) {
     std::size_t at = 0;
     for (int column = 0; column < 3; ++column) at = line.find('\t', at) + 1;
     std::size_t end = at;
-    for (int column = 0; column < 13 && end != std::string::npos; ++column) end = line.find('\t', end + 1);
+    for (int column = 0; column < 12 && end != std::string::npos; ++column) end = line.find('\t', end + 1);
     shapes.push_back(line.substr(at, end - at));
   }
   std::sort(shapes.begin(), shapes.end());
