@@ -207,7 +207,7 @@ const ByCommand kFirstFields{
 const ByCommand kFirstColumns{{"check", "file"}, {"cells", "id"}, {"nearest", "query"}, {"path", "sample"}};
 // A part of the text output of each command.
 const ByCommand kTexts{{"synth", " segments, "},
-                       {"check", " inputs: "},
+                       {"check", " accepted, "},
                        {"fix", " lists each change"},
                        {"ingest", " tiles, "},
                        {"attributes", ": cells with a row of "},
