@@ -47,6 +47,12 @@ def damaged(folder):
     return folder
 
 
+def without_anatomy(rows):
+    """The rows of a report of check without what ingest does not look at."""
+    return [{key: without_anatomy(value) if key == "entries" else value for key, value in row.items()
+             if key != "anatomy"} for row in rows]
+
+
 @pytest.mark.parametrize("made", [True, False], ids=["made_here", "corpus"])
 def test_all_reports_of_a_run_agree(tmp_path, made):
     import json
@@ -61,9 +67,9 @@ def test_all_reports_of_a_run_agree(tmp_path, made):
     check = subprocess.run([os.environ.get("FILIFORM_PROGRAM", "filiform"), "check", folder, "--json", "--report",
                             tmp_path / "c.json"], capture_output=True, text=True)
     checked = json.loads(check.stdout)
-    assert check.returncode == 1 and (tmp_path / "b.json").read_bytes() == (tmp_path / "c.json").read_bytes()
     rows = json.loads((tmp_path / "b.json").read_text())
-    assert rows == checked["files"]
+    assert check.returncode == 1 and json.loads((tmp_path / "c.json").read_text()) == checked["files"]
+    assert rows == without_anatomy(checked["files"])
 
     # The text.
     assert told.startswith(report.summary)
