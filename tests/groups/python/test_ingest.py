@@ -25,9 +25,11 @@ def test_report_and_set_agree_with_the_program(archive, column, tmp_path):
 
 
 def damaged(folder):
-    """Files and archives that are kept with remarks, skipped in part, and refused."""
+    """A folder below with files and archives that are kept with remarks, skipped in part, and refused."""
     import io
     import zipfile
+    folder = folder / "given"
+    folder.mkdir()
     good = "1 1 0 0 0 1 -1\n2 3 9 0 0 1 1\n"
     (folder / "good.swc").write_text(good)
     (folder / "bad.swc").write_text("nothing\n")
