@@ -16,10 +16,11 @@ namespace filiform {
 class AttributeConditions {
  public:
   // Each condition is NAME OP VALUE, with OP one of = == != < <= > >=; == means =. Blanks around NAME and VALUE do not
-  // count. A cell must meet all conditions. A missing value
-  // meets none, except that NAME!=VALUE holds for it. With = and !=, VALUE may have wildcards: * stands for any text,
-  // ? for any character, [ab] for a or b, \ before a character for this character. NAME= selects the cells without a
-  // value. The comparisons with < and > need a column of numbers. Throws UsageError for a condition of another form.
+  // count. A cell must meet all conditions. A missing value meets none, except that NAME!=VALUE holds for it. With =
+  // and
+  // !=, VALUE may have wildcards: * stands for any text, ? for any character, [ab] for a or b, \ before a character for
+  // this character. NAME= selects the cells without a value. < and > need a column of numbers. Throws UsageError for a
+  // condition of another form.
   explicit AttributeConditions(const std::vector<std::string>& texts);
 
   struct Condition {

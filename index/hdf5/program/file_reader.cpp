@@ -338,7 +338,8 @@ FileReader::FileReader(const std::string& path) : file_(-1) {
   budget_.bytes = std::min(bytes, UINT64_MAX / kMostPacked - 1) * kMostPacked + kUnpackedSlack;
   const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   std::string name = path;
-  if (path.starts_with("/proc/")) {  // a file without a name; H5Fopen would look for the one that it had
+  // The file has no name: /proc/PID/fd/N stands for it. H5Fopen would follow this link to the name that the file had.
+  if (path.starts_with("/proc/")) {
     std::string image(bytes, '\0');
     std::ifstream in(path, std::ios::binary);
     if (!in.read(image.data(), static_cast<std::streamsize>(bytes))) throw Failure("cannot be read");

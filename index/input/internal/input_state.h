@@ -24,6 +24,8 @@ namespace filiform::internal {
 
 inline constexpr std::uint32_t kNoEntry = UINT32_MAX;
 inline constexpr std::size_t kOpenArchives = 8;
+// The report on an input that cannot be read.
+InputReport unreadableFor(const std::string& reason);
 inline bool isUnreadable(const InputReport& report) { return report.codes[InputCode::E_UNREADABLE] > 0; }
 
 struct InputState {

@@ -2,10 +2,10 @@
 #include "device/falcon/falcon.h"
 #include "tests/support/devices/falcon_bench.h"
 #include "tests/support/temp_folder.h"
+#include "tests/support/what_of.h"
 
 #include <cstdlib>
 #include <fstream>
-#include <functional>
 #include <iterator>
 #include <span>
 #include <string>
@@ -20,15 +20,6 @@ using test::FakeFalcon;
 using test::FakeUsb;
 using test::writeImage;
 
-std::string failureOf(const std::function<void()>& what) {
-  try {
-    what();
-  } catch (const DeviceError& error) {
-    return error.what();
-  }
-  return {};
-}
-
 bool holds(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
 TEST(Falcon, SaysWhatIsMissing) {
@@ -36,22 +27,24 @@ TEST(Falcon, SaysWhatIsMissing) {
   FakeUsb usb;
   Falcon falcon(usb);
   const auto open = [&] { falcon.open(); };
-  EXPECT_TRUE(holds(failureOf(open), "no Novint Falcon"));
+  EXPECT_TRUE(holds(test::whatOf<DeviceError>(open), "no Novint Falcon"));
   EXPECT_EQ(falcon.status(), DeviceStatus::closed);
   FakeFalcon fake(usb);
   fake.usb_device().permitted = false;
-  EXPECT_TRUE(holds(failureOf(open), kUdevRule));
+  EXPECT_TRUE(holds(test::whatOf<DeviceError>(open), kUdevRule));
   fake.usb_device().permitted = true;
-  const std::string no_firmware = failureOf(open);
+  const std::string no_firmware = test::whatOf<DeviceError>(open);
   EXPECT_TRUE(holds(no_firmware, kFalconFirmwareVariable)) << no_firmware;
   EXPECT_TRUE(holds(no_firmware, "--device falcon:FILE")) << no_firmware;
   EXPECT_EQ(falcon.status(), DeviceStatus::closed);
 
   const std::string nowhere = folder.file("none.bin");
-  EXPECT_TRUE(holds(failureOf([&] { Falcon(usb, {.firmware = nowhere}).open(); }), nowhere));
+  EXPECT_TRUE(holds(test::whatOf<DeviceError>([&] { Falcon(usb, {.firmware = nowhere}).open(); }), nowhere));
   for (const std::size_t bytes : {std::size_t{0}, kFalconFirmwareLeast - 1, kFalconFirmwareMost + 1}) {
     const std::string path = writeImage(folder.file("image.bin"), bytes);
-    EXPECT_TRUE(holds(failureOf([&] { Falcon(usb, {.firmware = path}).open(); }), "not Falcon firmware")) << bytes;
+    EXPECT_TRUE(
+        holds(test::whatOf<DeviceError>([&] { Falcon(usb, {.firmware = path}).open(); }), "not Falcon firmware"))
+        << bytes;
   }
   EXPECT_TRUE(fake.image.empty());
   EXPECT_TRUE(usb.violations().empty()) << usb.violations().front();
@@ -101,7 +94,7 @@ TEST(Falcon, AWrongEchoIsTriedAgainAndGivenUpInTheEnd) {
   fake.wrong_echo = 100;
   fake.bad_attempts = 1000;
   Falcon falcon(usb, {.firmware = path});
-  const std::string why = failureOf([&] { falcon.open(); });
+  const std::string why = test::whatOf<DeviceError>([&] { falcon.open(); });
   EXPECT_TRUE(holds(why, "5 attempts")) << why;
   EXPECT_TRUE(holds(why, "byte 100")) << why;
   EXPECT_EQ(falcon.status(), DeviceStatus::closed);
@@ -114,7 +107,7 @@ TEST(Falcon, FirmwareThatDoesNotAnswerIsNamed) {
   fake.mute = true;
   const std::string path = writeImage(folder.file("image.bin"));
   Falcon falcon(usb, {.firmware = path});
-  const std::string why = failureOf([&] { falcon.open(); });
+  const std::string why = test::whatOf<DeviceError>([&] { falcon.open(); });
   EXPECT_TRUE(holds(why, path)) << why;
   EXPECT_TRUE(holds(why, "does not answer")) << why;
 }
@@ -132,8 +125,8 @@ TEST(Falcon, TwoDevicesAreToldApartByTheirSockets) {
   Falcon other(usb);
   other.open();
   EXPECT_FALSE(left.received().empty());
-  EXPECT_TRUE(holds(failureOf([&] { Falcon(usb, {.bus_path = "9-9"}).open(); }), "9-9"));
-  EXPECT_TRUE(holds(failureOf([&] { Falcon(usb, {.bus_path = "1-2"}).open(); }), "another program"));
+  EXPECT_TRUE(holds(test::whatOf<DeviceError>([&] { Falcon(usb, {.bus_path = "9-9"}).open(); }), "9-9"));
+  EXPECT_TRUE(holds(test::whatOf<DeviceError>([&] { Falcon(usb, {.bus_path = "1-2"}).open(); }), "another program"));
 }
 
 TEST(Falcon, TheBridgeIsAskedToHandReportsOnAtOnceOnlyIfWanted) {

@@ -2,11 +2,11 @@
 
 #include "index/errors.h"
 #include "tests/support/temp_folder.h"
+#include "tests/support/what_of.h"
 
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <functional>
 #include <limits>
 #include <random>
 #include <sstream>
@@ -22,17 +22,8 @@ namespace fs = std::filesystem;
 const std::string kHeader = "source\tx_um\ty_um\tz_um\tqw\tqx\tqy\tqz\tname\n";
 const std::string kBent = "1 1 0 0 0 5 -1\n2 3 0 6 0 1 1\n7 3 2 6 0.5 1 2\n8 2 -4 0 0 nan 1\n";
 
-std::string messageOf(const std::function<void()>& call) {
-  try {
-    call();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "no InputError";
-}
-
 std::string refusal(const std::string& text) {
-  return messageOf([&] { PlacementTable::parse(text, "t.tsv"); });
+  return test::whatOf<InputError>([&] { PlacementTable::parse(text, "t.tsv"); });
 }
 
 struct Library {
@@ -97,7 +88,7 @@ TEST(PlacementTable, ReadsAFileAsItParsesText) {
        {kHeader + "a\t1\t2\t3\t0\t1\t0\t0\tn\nb\t1\t2\t3\t0\t1\t0\t0\tm", kHeader + std::string(70000, 'x') + "\n",
         kHeader, std::string(), std::string("\n\n"), kHeader + "a\t0"}) {
     test::writeBytes(folder.file("t.tsv"), text);
-    EXPECT_EQ(messageOf([&] { PlacementTable::read(folder.file("t.tsv")); }), refusal(text));
+    EXPECT_EQ(test::whatOf<InputError>([&] { PlacementTable::read(folder.file("t.tsv")); }), refusal(text));
     if (refusal(text) != "no InputError") continue;
     const PlacementTable a = PlacementTable::read(folder.file("t.tsv")), b = PlacementTable::parse(text, "t.tsv");
     EXPECT_EQ(a.digest(), b.digest());
@@ -199,10 +190,10 @@ TEST(PlacedCells, RefuseASourceThatIsNotInTheInputOrTwice) {
   Input folder({library.folder.path()});
   const PlacementTable table =
       PlacementTable::parse(kHeader + "a.swc\t0\t0\t0\t1\t0\t0\t0\t\nb.swc\t0\t0\t0\t1\t0\t0\t0\t\n", "t.tsv");
-  EXPECT_EQ(messageOf([&] { PlacedCells(folder, table); }),
+  EXPECT_EQ(test::whatOf<InputError>([&] { PlacedCells(folder, table); }),
             "t.tsv:3: 'b.swc' is not a source of the input; one source is 'L4/b.swc'");
   Input files({library.folder.file("a.swc"), library.folder.file("other/a.swc"), library.folder.file("L4/b.swc")});
-  EXPECT_EQ(messageOf([&] { PlacedCells(files, table); }),
+  EXPECT_EQ(test::whatOf<InputError>([&] { PlacedCells(files, table); }),
             "t.tsv:2: 'a.swc' is the source of more than one input: name their folder instead of the files");
 }
 

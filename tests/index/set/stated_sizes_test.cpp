@@ -8,6 +8,7 @@
 #include "tests/support/scenes/faulty_set.h"
 #include "tests/support/scenes/random_cells.h"
 #include "tests/support/temp_folder.h"
+#include "tests/support/what_of.h"
 
 #include <memory>
 #include <string>
@@ -23,16 +24,6 @@ std::unique_ptr<TileStore> smallStore() {
   return buildTilesInMemory(stream, {.capacity = 50});
 }
 
-template <typename Work>
-std::string corruption(Work work) {
-  try {
-    work();
-  } catch (const CorruptSet& error) {
-    return error.what();
-  }
-  return "no error";
-}
-
 bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
 TEST(StatedSizes, ACellOfMoreSamplesThanTheSetIsRefusedWhenItsRecordIsUsed) {
@@ -40,9 +31,9 @@ TEST(StatedSizes, ACellOfMoreSamplesThanTheSetIsRefusedWhenItsRecordIsUsed) {
   test::writeBoastfulSet(*smallStore(), folder / "a.fil", 4'000'000'000, false);
   const auto set = TileSet::open(folder / "a.fil");
   const std::string says = "a cell has more samples or segments than the set";
-  EXPECT_TRUE(contains(corruption([&] { set->cell(0); }), says));
-  EXPECT_TRUE(contains(corruption([&] { set->loadCellDetail(1); }), says));
-  EXPECT_TRUE(contains(corruption([&] { set->cellTiles(1); }), says));
+  EXPECT_TRUE(contains(test::whatOf<CorruptSet>([&] { set->cell(0); }), says));
+  EXPECT_TRUE(contains(test::whatOf<CorruptSet>([&] { set->loadCellDetail(1); }), says));
+  EXPECT_TRUE(contains(test::whatOf<CorruptSet>([&] { set->cellTiles(1); }), says));
   EXPECT_FALSE(verify(folder / "a.fil").sound());
 }
 
@@ -53,7 +44,8 @@ TEST(StatedSizes, CountsBeyondTheBytesAreRefusedAtOpening) {
     test::writeFaultySet(*store, folder / "a.fil", {});
     TileSet::open(folder / "a.fil");
     test::changeManifest(folder / "a.fil", [&](auto& manifest) { manifest["counts"][count] = 4'000'000'000; });
-    EXPECT_TRUE(contains(corruption([&] { TileSet::open(folder / "a.fil"); }), "counts more than its files can hold"))
+    EXPECT_TRUE(contains(test::whatOf<CorruptSet>([&] { TileSet::open(folder / "a.fil"); }),
+                         "counts more than its files can hold"))
         << count;
   }
 }
@@ -64,7 +56,7 @@ TEST(StatedSizes, ACellWithFewerSamplesInItsTilesThanStatedIsDamage) {
   test::writeBoastfulSet(*smallStore(), folder / "a.fil", 5000, true);
   const auto set = TileSet::open(folder / "a.fil");
   EXPECT_EQ(set->loadCellDetail(0).sample_ids.size(), 5000u);
-  EXPECT_TRUE(contains(corruption([&] { readCell(*set, 0, true); }), "is in no tile"));
+  EXPECT_TRUE(contains(test::whatOf<CorruptSet>([&] { readCell(*set, 0, true); }), "is in no tile"));
 }
 
 // Answers as another store, but states 10^9 samples of each cell.
@@ -88,7 +80,8 @@ class Boastful final : public ForwardingStore {
 
 TEST(StatedSizes, MemoryForACellFollowsItsTiles) {
   const auto store = smallStore();
-  EXPECT_TRUE(contains(corruption([&] { readCell(Boastful(*store), 0, true); }), "hold fewer samples than its record"));
+  EXPECT_TRUE(contains(test::whatOf<CorruptSet>([&] { readCell(Boastful(*store), 0, true); }),
+                       "hold fewer samples than its record"));
 }
 
 // The first tiles hold the highest ranks, for which there is no room yet.
@@ -118,7 +111,7 @@ TEST(StatedSizes, AnAppearanceOfMoreSegmentsThanItsGeometryIsRefused) {
   test::writeFaultySet(*store, folder / "a.fil", faults);
   test::changeManifest(folder / "a.fil", [](auto& manifest) { manifest["counts"]["stored_segments"] = 1; });
   const auto set = TileSet::open(folder / "a.fil");
-  EXPECT_TRUE(contains(corruption([&] { set->loadAppearance(0); }), "contradicts the directory"));
+  EXPECT_TRUE(contains(test::whatOf<CorruptSet>([&] { set->loadAppearance(0); }), "contradicts the directory"));
 }
 
 TEST(StatedSizes, ASegmentOfACellThatDoesNotExistIsDamage) {
@@ -128,12 +121,12 @@ TEST(StatedSizes, ASegmentOfACellThatDoesNotExistIsDamage) {
   faults.segments = [](TileId, std::vector<StoredSegment>& segments) { segments.back().id.cell = 1'000'000; };
   test::writeFaultySet(*store, folder / "a.fil", faults);
   const auto set = TileSet::open(folder / "a.fil");
-  EXPECT_TRUE(contains(corruption([&] { set->load(0); }), "a cell that does not exist"));
+  EXPECT_TRUE(contains(test::whatOf<CorruptSet>([&] { set->load(0); }), "a cell that does not exist"));
   faults = {};
   faults.landmarks = [](Landmarks& landmarks) { landmarks.segments.back().cell = 1'000'000; };
   test::writeFaultySet(*store, folder / "b.fil", faults);
-  EXPECT_TRUE(
-      contains(corruption([&] { TileSet::open(folder / "b.fil")->landmarks(); }), "a cell that does not exist"));
+  EXPECT_TRUE(contains(test::whatOf<CorruptSet>([&] { TileSet::open(folder / "b.fil")->landmarks(); }),
+                       "a cell that does not exist"));
 }
 
 }  // namespace

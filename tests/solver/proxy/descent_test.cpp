@@ -3,6 +3,7 @@
 #include "index/errors.h"
 #include "tests/support/scenes/proxy_walk.h"
 #include "tests/support/scenes/test_graph.h"
+#include "tests/support/what_of.h"
 
 #include <cmath>
 #include <limits>
@@ -180,16 +181,6 @@ TEST_F(Descent, FrontierHoldsTheProxyAtTheNodeAndNamesTheTile) {
   EXPECT_EQ(solver_->place().p_W, Vector3d(39.5, 0, 0));
 }
 
-template <typename Call>
-std::string refusal(Call call) {
-  try {
-    call();
-  } catch (const UsageError& error) {
-    return error.what();
-  }
-  return "";
-}
-
 TEST(ProxySolver, EveryMethodIsMadeAndOnlyClimbWantsAnAnchor) {
   for (const SolverMethod method : kSolverMethods) {
     const auto solver = makeProxySolver(method, {});
@@ -202,7 +193,7 @@ TEST(ProxySolver, RefusesParametersThatMakeNoSense) {
   const auto refuses = [](auto change) {
     SolverParameters parameters;
     change(parameters);
-    return refusal([&] { makeProxySolver(SolverMethod::force, parameters); });
+    return test::whatOf<UsageError>([&] { makeProxySolver(SolverMethod::force, parameters); });
   };
   constexpr double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
   EXPECT_NE(refuses([](auto& p) { p.max_visited = 0; }).find("max_visited"), std::string::npos);
@@ -210,7 +201,7 @@ TEST(ProxySolver, RefusesParametersThatMakeNoSense) {
   EXPECT_NE(refuses([](auto& p) { p.gain = -1; }).find("gain"), std::string::npos);
   EXPECT_NE(refuses([](auto& p) { p.r_min_um = nan; }).find("r_min_um"), std::string::npos);
   EXPECT_NE(refuses([](auto& p) { p.r_max_um = inf; }).find("r_max_um"), std::string::npos);
-  EXPECT_EQ(refuses([](auto& p) { p.r_max_um = 1e6; }), "");
+  EXPECT_EQ(refuses([](auto& p) { p.r_max_um = 1e6; }), "no error");
   EXPECT_NE(refuses([](auto& p) { p.climb.rest_mm = -1; }).find("rest_mm"), std::string::npos);
   EXPECT_NE(refuses([](auto& p) { p.climb.gain = nan; }).find("gain"), std::string::npos);
   EXPECT_NE(refuses([](auto& p) { p.climb.most_mm = inf; }).find("most_mm"), std::string::npos);
@@ -226,7 +217,7 @@ TEST(ProxySolver, MethodsHaveNames) {
   EXPECT_EQ(solverMethod("force"), SolverMethod::force);
   EXPECT_EQ(solverMethod("force-listing"), SolverMethod::force_listing);
   EXPECT_EQ(solverMethod("climb"), SolverMethod::climb);
-  EXPECT_EQ(refusal([] { solverMethod("best"); }),
+  EXPECT_EQ(test::whatOf<UsageError>([] { solverMethod("best"); }),
             "unknown method 'best': choose basic, shading, force, force-listing or climb");
 }
 

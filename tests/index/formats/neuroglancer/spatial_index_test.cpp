@@ -2,6 +2,7 @@
 #include "index/formats/neuroglancer/internal/spatial_index.h"
 
 #include "index/errors.h"
+#include "tests/support/what_of.h"
 
 #include <algorithm>
 #include <limits>
@@ -27,16 +28,6 @@ Names filesIn(const Box_nm& box, const std::string& skeletons = kSkeletons, cons
   return names;
 }
 
-template <class Call>
-std::string inputErrorOf(Call call) {
-  try {
-    call();
-  } catch (const InputError& failure) {
-    return failure.what();
-  }
-  return "no failure";
-}
-
 TEST(SpatialIndex, ABoxNamesTheChunksThatItMeets) {
   EXPECT_EQ(filesIn({{{200, 10, 10}, {300, 20, 20}}}), (Names{"160-1160_0-1000_0-400.spatial"}));
   EXPECT_EQ(filesIn({{{1000, 1500, 500}, {1200, 1550, 900}}}),
@@ -58,16 +49,17 @@ TEST(SpatialIndex, NamesHaveTheDecimalsOfTheResolution) {
 
 TEST(SpatialIndex, WhatIsNotStatedIsSaid) {
   const Box_nm box{{{0, 0, 0}, {1, 1, 1}}};
-  EXPECT_NE(inputErrorOf([&] { filesIn(box, "{}"); }).find("skeletons/info: names no spatial_index"),
+  EXPECT_NE(test::whatOf<InputError>([&] { filesIn(box, "{}"); }).find("skeletons/info: names no spatial_index"),
             std::string::npos);
-  EXPECT_NE(
-      inputErrorOf([&] { filesIn(box, R"({"spatial_index": {"chunk_size": [0, 1, 1]}})"); }).find("no chunk_size"),
-      std::string::npos);
-  EXPECT_NE(inputErrorOf([&] { filesIn(box, kSkeletons, "[]"); }).find("volume/info: states no scale"),
+  EXPECT_NE(test::whatOf<InputError>([&] {
+              filesIn(box, R"({"spatial_index": {"chunk_size": [0, 1, 1]}})");
+            }).find("no chunk_size"),
+            std::string::npos);
+  EXPECT_NE(test::whatOf<InputError>([&] { filesIn(box, kSkeletons, "[]"); }).find("volume/info: states no scale"),
             std::string::npos);
   const double far = std::numeric_limits<double>::infinity();
   EXPECT_NE(
-      inputErrorOf([&] {
+      test::whatOf<InputError>([&] {
         filesIn({{{-far, -far, -far}, {far, far, far}}}, R"({"spatial_index": {"chunk_size": [1, 1, 1]}})", kVolume);
       }).find("too many chunks"),
       std::string::npos);
@@ -82,8 +74,9 @@ TEST(SpatialIndex, ObjectsOfAFileAreThoseInTheBox) {
   std::sort(ids.begin(), ids.end());
   EXPECT_EQ(ids, (std::vector<std::uint64_t>{8, UINT64_MAX}));
   for (const char* const bad : {"[]", R"({"x": [0, 0, 0, 1, 1, 1]})", R"({"7": [0, 0, 0, 1, 1]})", R"({"7": 3})", "{"})
-    EXPECT_NE(inputErrorOf([&] { SpatialIndex::objectsIn(box, bad, "x.spatial", ids); }).find("x.spatial: "),
-              std::string::npos)
+    EXPECT_NE(
+        test::whatOf<InputError>([&] { SpatialIndex::objectsIn(box, bad, "x.spatial", ids); }).find("x.spatial: "),
+        std::string::npos)
         << bad;
 }
 
