@@ -1,8 +1,5 @@
 #include "index/input/input.h"
 
-#include "index/containers/internal/archive_files.h"
-#include "index/containers/internal/gunzip.h"
-#include "index/containers/internal/h5_container.h"
 #include "index/count_text.h"
 #include "index/errors.h"
 #include "index/formats/neuroglancer/object_ids.h"
@@ -14,18 +11,14 @@
 #include <atomic>
 #include <cmath>
 #include <exception>
-#include <filesystem>
 #include <functional>
-#include <map>
 #include <numeric>
 #include <optional>
-#include <system_error>
 #include <utility>
 
 namespace filiform {
 namespace {
 
-namespace fs = std::filesystem;
 using internal::InputItem;
 using internal::isUnreadable;
 using internal::ItemReader;
