@@ -59,7 +59,7 @@ struct SeenStep {
 // A hand and its device. Accounts for the true energy given to the hand.
 class TrueHand {
  public:
-  TrueHand(Dice& dice, double period_s) : dice_(dice), delay_(1 + static_cast<int>(dice.below(2))) {
+  TrueHand(Dice& dice, double period_s) : delay_(1 + static_cast<int>(dice.below(2))) {
     kind_ = dice.below(3);
     reach_m_ = dice.logBetween(1e-3, 0.04);
     for (double& f : frequency_Hz_) f = dice.logBetween(0.1, 3);
@@ -142,7 +142,6 @@ class TrueHand {
     h_m_ = (h_m_ + dh_m).cwiseMax(-0.055).cwiseMin(0.055);
   }
 
-  Dice& dice_;
   int delay_;
   std::uint64_t kind_ = 0;
   double reach_m_ = 0, clamp_N_ = std::numeric_limits<double>::infinity(), ramp_s_ = 0, ramp_from_s_ = 0, period_s_ = 0;

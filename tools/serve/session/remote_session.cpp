@@ -25,7 +25,7 @@ std::string aboutOf(const SharedScene& scene, const RemoteSessionOptions& option
 
 }  // namespace
 
-double RemoteSession::mostForce_N() { return ForceLawOptions{}.max_force_N; }
+double RemoteSession::most_force_N() { return ForceLawOptions{}.max_force_N; }
 
 RemoteSession::RemoteSession(std::shared_ptr<SharedScene> scene, const RemoteSessionOptions& options)
     : scene_(std::move(scene)), options_(options) {
@@ -96,7 +96,7 @@ void RemoteSession::afterAll(double free_s) noexcept {
   session_->prepare(free_s);
   if (!model_due_ || snapshot_ == nullptr || free_s < kLeastModelTime_s) return;
   model_due_ = false;
-  maker_.make(*snapshot_, *hand_, session_->graph(), stiffness_N_m_, mostForce_N(),
+  maker_.make(*snapshot_, *hand_, session_->graph(), stiffness_N_m_, most_force_N(),
               radius_um_.load(std::memory_order_relaxed), frame_);
   models_.publish(frame_);
   if (options_.news != nullptr) options_.news->store(true, std::memory_order_release);

@@ -73,7 +73,7 @@ class RemoteSession final : public Ticked {
   SharedScene& scene() const { return *scene_; }
   const RemoteSessionOptions& options() const { return options_; }
   double stiffness_N_m() const { return stiffness_N_m_; }
-  static double mostForce_N();
+  static double most_force_N();
   std::uint64_t refusedHands() const { return hand_->refused(); }
   std::uint64_t ticks() const { return ticks_.load(std::memory_order_relaxed); }
 

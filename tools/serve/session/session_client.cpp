@@ -206,7 +206,7 @@ SessionClient::Json SessionClient::open(const Params& params) {
           {"zoom_um", options.zoom_um},
           {"method", toString(options.method)},
           {"stiffness_N_m", session->stiffness_N_m()},
-          {"most_N", RemoteSession::mostForce_N()},
+          {"most_N", RemoteSession::most_force_N()},
           {"hold_s", options.hand.hold_s},
           {"place", place.valid() ? placeJson(*session, place) : Json(nullptr)}};
 }
@@ -289,7 +289,7 @@ SessionClient::Json SessionClient::parameters(const Params& params) {
   return {{"zoom_um", zoom_um},
           {"method", toString(session.options().method)},
           {"stiffness_N_m", session.stiffness_N_m()},
-          {"most_N", RemoteSession::mostForce_N()},
+          {"most_N", RemoteSession::most_force_N()},
           {"hold_s", session.options().hand.hold_s}};
 }
 
