@@ -26,8 +26,6 @@
 #include <unistd.h>
 #include <utility>
 
-extern char** environ;
-
 namespace filiform::internal {
 namespace {
 
