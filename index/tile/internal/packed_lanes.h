@@ -219,11 +219,9 @@ HWY_INLINE VecU lastLaneOf(VecU16 block) {
 // Replaces those of the eight numbers of each block whose bit is set.
 template <unsigned mask>
 HWY_INLINE VecU16 replaced(VecU16 low, VecU16 high) {
-  constexpr auto kAll = [](unsigned bit) {
-    return static_cast<std::uint16_t>((mask >> bit & 1) != 0 ? UINT16_MAX : 0);
-  };
-  alignas(16) static constexpr std::uint16_t kLanesOf[8] = {kAll(0), kAll(1), kAll(2), kAll(3),
-                                                            kAll(4), kAll(5), kAll(6), kAll(7)};
+  const auto all = [](unsigned bit) { return static_cast<std::uint16_t>((mask >> bit & 1) != 0 ? UINT16_MAX : 0); };
+  alignas(16) static constexpr std::uint16_t kLanesOf[8] = {all(0), all(1), all(2), all(3),
+                                                            all(4), all(5), all(6), all(7)};
   return hn::IfVecThenElse(hn::LoadDup128(TagU16(), kLanesOf), high, low);
 }
 
