@@ -1,0 +1,100 @@
+// Nearest::alongRay().
+#include "index/errors.h"
+#include "index/geometry/closest_point.h"
+#include "index/query/internal/nearest_impl.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace filiform {
+namespace {
+
+constexpr double kNever = std::numeric_limits<double>::infinity();
+
+// The boxes in which a hit may lie. A hit's closest approach lies in its segment's box, at most radius + slope * along
+// from the ray. `along` is at most the box's farthest reach. So the ray meets the box enlarged by that distance.
+struct RayRegion final : Region {
+  Vector3d origin_W, direction;
+  double radius_um, slope, length_um;
+
+  RayRegion(const RayQuery& ray, const Vector3d& unit)
+      : origin_W(ray.origin_W), direction(unit), radius_um(ray.radius_um), slope(ray.slope), length_um(ray.length_um) {}
+
+  bool mayMeet(const WorldBox& box) const noexcept override { return entry(box) < kNever; }
+
+  // The smallest distance along the ray at which a hit in the box may come, or infinity.
+  double entry(const WorldBox& box) const noexcept {
+    const Vector3d middle = 0.5 * (box.lo_W + box.hi_W) - origin_W, half = 0.5 * (box.hi_W - box.lo_W);
+    const double centre = direction.dot(middle), reach = direction.cwiseAbs().dot(half);
+    const double size = middle.cwiseAbs().maxCoeff() + half.maxCoeff() + origin_W.cwiseAbs().maxCoeff();
+    const double rounding = 64 * std::numeric_limits<double>::epsilon() * size;
+    const double last = centre + reach + rounding;
+    const double grown = radius_um + slope * std::max(last, 0.0) + rounding;
+    double from = 0, to = kNever;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double lo = middle[axis] - half[axis] - grown, hi = middle[axis] + half[axis] + grown;
+      if (direction[axis] == 0.0) {
+        if (lo > 0 || hi < 0) return kNever;
+        continue;
+      }
+      const double a = lo / direction[axis], b = hi / direction[axis];
+      const double slack = 64 * std::numeric_limits<double>::epsilon() * std::max(std::abs(a), std::abs(b));
+      from = std::max(from, std::min(a, b) - slack);
+      to = std::min(to, std::max(a, b) + slack);
+    }
+    if (from > to) return kNever;
+    // The closest approach lies in the box itself.
+    const double first = std::max(0.0, centre - reach - rounding);
+    return first <= length_um ? first : kNever;
+  }
+};
+
+}  // namespace
+
+std::vector<RayHit> Nearest::alongRay(const RayQuery& ray) const {
+  const double length = ray.direction.norm();
+  if (!ray.origin_W.allFinite() || !(length > 0) || !std::isfinite(length))
+    throw UsageError("a ray needs a finite origin and a finite direction that is not 0");
+  if (ray.origin_W.cwiseAbs().maxCoeff() > kMaxCoordinate_um)
+    throw UsageError("a ray's origin must lie within 1e150 um");
+  if (!(ray.radius_um >= 0) || !(ray.slope >= 0) || !std::isfinite(ray.radius_um) || !std::isfinite(ray.slope) ||
+      !(ray.length_um >= 0))
+    throw UsageError("a ray's radius, slope and length must be 0 or more");
+  const RayRegion region(ray, ray.direction / length);
+
+  std::vector<std::pair<double, TileId>> order;  // by the distance along the ray of a first possible hit
+  for (const auto& [tile, box] : impl_->tilesMeeting(region))
+    order.emplace_back(tile == impl_->store.long_tile() ? 0.0 : region.entry(box), tile);
+  std::sort(order.begin(), order.end());
+
+  std::vector<RayHit> hits;
+  const auto before = [](const RayHit& a, const RayHit& b) {
+    return a.along_um != b.along_um ? a.along_um < b.along_um : a.segment < b.segment;
+  };
+  const auto settle = [&] {
+    std::sort(hits.begin(), hits.end(), before);
+    hits.erase(
+        std::unique(hits.begin(), hits.end(), [](const RayHit& a, const RayHit& b) { return a.segment == b.segment; }),
+        hits.end());
+    if (hits.size() > ray.most) hits.erase(hits.begin() + static_cast<std::ptrdiff_t>(ray.most), hits.end());
+  };
+  std::uint32_t tiles_read = 0, tiles_searched = 0;
+  for (const auto& [entry, tile_id] : order) {
+    if (hits.size() == ray.most && (hits.empty() || entry > hits.back().along_um)) break;
+    ++tiles_searched;
+    impl_->forEachIn(region, tile_id, tiles_read, [&](const Tile& tile, std::uint32_t s) {
+      const ClosestApproach c = closestApproach(tile.position_W(tile.child(s)), tile.position_W(tile.parent(s)),
+                                                region.origin_W, region.direction);
+      const double distance = std::sqrt(c.squared_distance);
+      if (c.along <= ray.length_um && distance <= ray.radius_um + ray.slope * c.along)
+        hits.push_back({c.along, distance, c.p_W, tile.segmentId(s), c.t, tile.id(), 0, 0});
+    });
+    settle();
+  }
+  for (RayHit& hit : hits) hit.tiles_read = tiles_read, hit.tiles_searched = tiles_searched;
+  return hits;
+}
+
+}  // namespace filiform
