@@ -16,18 +16,17 @@ namespace boxes = internal::packed;
 class PackedTree final : public TileEngine {
  public:
   PackedTree(std::shared_ptr<const Tile> tile, const boxes::Kernels& kernels)
-      : tile_(std::move(tile)),
-        kernels_(kernels),
-        boxes_{tile_.get(), tile_->runs().data(), {tile_->narrowOffsets(), tile_->wordOffsets()}, 0, 0, {}, {}} {
+      : tile_(std::move(tile)), kernels_(kernels), boxes_{tile_.get(), tile_->runs().data(), 0, 0, {}, {}, {}, {}} {
     build();
   }
 
   void search(const Vector3d& h_W, Candidates& best) const override;
   void collect(const Region& region, std::vector<std::uint32_t>& segments) const override;
-  std::size_t bytes() const override { return sizeof *this + boxes_.nodes.size() * sizeof(boxes::Node); }
+  std::size_t bytes() const override { return sizeof *this + boxes_.bytes(); }
 
  private:
   void build();
+  void copyPoints();
 
   std::shared_ptr<const Tile> tile_;
   const boxes::Kernels& kernels_;
@@ -51,12 +50,41 @@ void PackedTree::build() {
 
   // One bit is reserved for the carry of rounding up.
   boxes_.shift = tile_->offset_bits() <= 16 ? 0 : tile_->offset_bits() - 15;
+  copyPoints();
   kernels_.build(boxes_);
 
   const Grid grid = tile_->grid();
   unit_um_ = std::ldexp(grid.quantum_um(), boxes_.shift);
   origin_W_ = grid.toWorld(tile_->origin());
   size_um_ = origin_W_.cwiseAbs().maxCoeff() + unit_um_ * 65536.0;
+}
+
+// Reads four nodes from the first child of a run on: the offsets have room for them.
+void PackedTree::copyPoints() {
+  const auto count = static_cast<std::uint32_t>(tile_->runs().size());
+  if (const std::uint16_t* const offsets = tile_->narrowOffsets(); offsets != nullptr) {
+    boxes_.narrow.resize(count);
+    for (std::uint32_t r = 0; r < count; ++r) {
+      const boxes::RunEnds ends = boxes_.endsOf(r);
+      const std::uint16_t *const child = offsets + 3 * std::size_t{ends.child}, *const parent =
+                                                                                    offsets +
+                                                                                    3 * std::size_t{ends.parent};
+      boxes::NarrowRun& run = boxes_.narrow[r];
+      for (std::size_t i = 0; i < boxes::kRun; ++i)
+        run.x[i] = child[3 * i], run.y[i] = child[3 * i + 1], run.z[i] = child[3 * i + 2];
+      run.parent = {parent[0], parent[1], parent[2]};
+      run.count = static_cast<std::uint16_t>(ends.count);
+    }
+  } else if (const std::uint64_t* const words = tile_->wordOffsets(); words != nullptr) {
+    boxes_.words.resize(count);
+    for (std::uint32_t r = 0; r < count; ++r) {
+      const boxes::RunEnds ends = boxes_.endsOf(r);
+      boxes::WordRun& run = boxes_.words[r];
+      std::copy_n(words + ends.child, boxes::kRun, run.child.begin());
+      run.parent = words[ends.parent];
+      run.count = ends.count;
+    }
+  }
 }
 
 void PackedTree::search(const Vector3d& h_W, Candidates& best) const {

@@ -92,6 +92,8 @@ class WideSearch {
   }
   void expand(int level, const BoxList& nodes);
   void siftAll(const BoxList& runs);
+  template <class Run>
+  void siftAll(const Run* points, const BoxList& runs);
   void keep(const std::uint32_t* runs, unsigned lanes, const float* squared);
   void tighten(float squared) {
     least_ = squared;
@@ -184,21 +186,30 @@ void WideSearch::expand(int level, const BoxList& nodes) {
 }
 
 void WideSearch::siftAll(const BoxList& runs) {
+  if (tree_.narrow.empty())
+    siftAll(tree_.words.data(), runs);
+  else
+    siftAll(tree_.narrow.data(), runs);
+}
+
+template <class Run>
+void WideSearch::siftAll(const Run* points, const BoxList& runs) {
   float squared[kListBoxes / 2 + kWidth][kWidth];
   Floats all = filled(kInfinity);
-  for (std::uint32_t i = 0; i < runs.size; i += 2) {
-    TwoRuns two{tree_.endsOf(runs.at[i]), {}};
-    two.b = two.a;
-    if (i + 1 < runs.size)
-      two.b = tree_.endsOf(runs.at[i + 1]);
-    else
-      two.b.count = 0;
-    const Floats d = sift(tree_.offsets, two, query_.near);
+  std::uint32_t i = 0;
+  for (; i + 1 < runs.size; i += 2) {
+    const Floats d = sift(points[runs.at[i]], points[runs.at[i + 1]], query_.near);
+    store(d, squared[i / 2]);
+    all = least(all, d);
+  }
+  if (i < runs.size) {  // the second of two equal runs does not count
+    const Run& last = points[runs.at[i]];
+    const Floats d = present(sift(last, last, query_.near), kRun);
     store(d, squared[i / 2]);
     all = least(all, d);
   }
   if (const float nearest = least(all); nearest < least_) tighten(nearest);
-  for (std::uint32_t i = 0; i < runs.size; i += 2)
+  for (i = 0; i < runs.size; i += 2)
     if (const unsigned mask = within(loaded(squared[i / 2]), kept_); mask != 0) keep(runs.at + i, mask, squared[i / 2]);
 }
 
@@ -275,22 +286,27 @@ HWY_INLINE void boundAxis(const Axis& axis, hn::Mask<TagI> none, int shift, std:
 }
 
 // The boxes of two consecutive runs of a node.
-HWY_INLINE void boundRuns(const Boxes& boxes, const TwoRuns& runs, Node& node, std::uint32_t lane) {
+template <class Run>
+HWY_INLINE void boundRuns(const Run& a, const Run& b, int shift, Node& node, std::uint32_t lane) {
   for (std::size_t p = 0; p < kParts; ++p) {
-    const Axes axes = axesOf(boxes.offsets, runs, p);
-    const hn::Mask<TagI> none = beyond(runs, p);
+    const Points points = pointsOf(a, b, p);
     const std::size_t to = lane + p * kLanes / kRun;
-    boundAxis(axes.x, none, boxes.shift, &node.lo[0][to], &node.hi[0][to]);
-    boundAxis(axes.y, none, boxes.shift, &node.lo[1][to], &node.hi[1][to]);
-    boundAxis(axes.z, none, boxes.shift, &node.lo[2][to], &node.hi[2][to]);
+    boundAxis(points.axes.x, points.beyond, shift, &node.lo[0][to], &node.hi[0][to]);
+    boundAxis(points.axes.y, points.beyond, shift, &node.lo[1][to], &node.hi[1][to]);
+    boundAxis(points.axes.z, points.beyond, shift, &node.lo[2][to], &node.hi[2][to]);
   }
+}
+template <class Run>
+void boundPairs(Boxes& boxes, const std::vector<Run>& runs) {
+  for (std::uint32_t r = 0; r + 1 < runs.size(); r += 2)
+    boundRuns(runs[r], runs[r + 1], boxes.shift, boxes.nodes[r / kWidth], r % kWidth);
 }
 
 void boundAll(Boxes& boxes) {
   const auto runs = static_cast<std::uint32_t>(boxes.levels[0].children);
   if (boxes.lean()) {
-    for (std::uint32_t r = 0; r + 1 < runs; r += 2)
-      boundRuns(boxes, {boxes.endsOf(r), boxes.endsOf(r + 1)}, boxes.nodes[r / kWidth], r % kWidth);
+    boundPairs(boxes, boxes.narrow);
+    boundPairs(boxes, boxes.words);
     if (runs % 2 == 0) return;
   }
   const std::uint64_t up = (std::uint64_t{1} << boxes.shift) - 1;

@@ -29,10 +29,16 @@ struct alignas(32) Node {
   std::array<std::array<std::uint16_t, kWidth>, 3> lo, hi;
 };
 
-// A tile's offset arrays: at most one is not null.
-struct Offsets {
-  const std::uint16_t* narrow;
-  const std::uint64_t* words;
+// The points of a run: its children, and the parent of its first segment, as offsets. A tree holds a copy for each run,
+// in the order of runs, so that the eight runs of a node lie side by side. Segments beyond the count have any values.
+struct alignas(32) NarrowRun {  // of tiles with narrowOffsets()
+  std::array<std::uint16_t, kRun> x, y, z;
+  std::array<std::uint16_t, 3> parent;
+  std::uint16_t count;
+};
+struct alignas(16) WordRun {  // of tiles with wordOffsets()
+  std::array<std::uint64_t, kRun> child;
+  std::uint64_t parent, count;
 };
 
 // A run: the nodes of its first segment, and the number of segments.
@@ -77,15 +83,19 @@ struct Level {
 struct Boxes {
   const Tile* tile;
   const SegmentRun* runs;
-  Offsets offsets;
   int shift;  // a unit is 2^shift quanta
   std::uint32_t level_count = 0;
   std::array<Level, 11> levels{};  // enough for 8^10 runs
   std::vector<Node> nodes;
+  std::vector<NarrowRun> narrow;  // at most one of the two has the runs
+  std::vector<WordRun> words;
 
   // True if eight segments can be read at once.
-  bool lean() const { return offsets.narrow != nullptr || offsets.words != nullptr; }
-  [[gnu::always_inline]] inline RunEnds endsOf(std::uint32_t run) const {
+  bool lean() const { return !narrow.empty() || !words.empty(); }
+  std::size_t bytes() const {
+    return nodes.size() * sizeof(Node) + narrow.size() * sizeof(NarrowRun) + words.size() * sizeof(WordRun);
+  }
+  RunEnds endsOf(std::uint32_t run) const {
     const SegmentRun r = runs[run];
     return {tile->child(r.begin()), tile->parent(r.begin()), r.count()};
   }
@@ -103,7 +113,8 @@ struct Boxes {
 // The vector code of one instruction set.
 struct Kernels {
   const char* name;
-  // Computes the boxes of all nodes. Requires levels, and nodes of the right number. O(nodes).
+  // Computes the boxes of all nodes. Requires levels, nodes of the right number and, if lean(), the points of all runs.
+  // O(nodes).
   void (*build)(Boxes& boxes);
   // Finds one nearest segment. Requires lean(), best.single() and a probe within 2^24 units. O(log segments) expected.
   void (*searchNearest)(const Boxes& boxes, const Query& query, const Vector3d& h_W, Candidates& best);

@@ -165,14 +165,7 @@ struct Axes {
   Axis x, y, z;
 };
 
-// The two runs of eight lanes.
-struct TwoRuns {
-  RunEnds a, b;
-
-  const RunEnds& of(std::size_t p) const { return p == 0 ? a : b; }
-};
-
-// The part's runs read 16 bytes each, from these addresses.
+// Eight numbers of 16 bits of each of the part's runs.
 HWY_INLINE VecU16 loadBlocks(const std::uint16_t* a, const std::uint16_t* b, std::size_t p) {
 #if HWY_TARGET == HWY_AVX2 || HWY_TARGET == HWY_AVX3
   const hn::Half<TagU16> half;
@@ -208,64 +201,45 @@ HWY_INLINE VecU lanesOf(VecU16 block) {
   return hn::BitCast(TagU(),
                      hn::TableLookupBytesOr0(hn::BitCast(TagBytes(), block), hn::LoadDup128(TagBytes(), kBytes)));
 }
-// As lanesOf(), for the last lane alone.
-template <std::uint8_t a>
-HWY_INLINE VecU lastLaneOf(VecU16 block) {
-  alignas(16) static constexpr std::uint8_t kBytes[16] = {kZero, kZero, kZero, kZero, kZero, kZero, kZero, kZero,
-                                                          kZero, kZero, kZero, kZero, a,     a + 1, kZero, kZero};
-  return hn::BitCast(TagU(),
-                     hn::TableLookupBytesOr0(hn::BitCast(TagBytes(), block), hn::LoadDup128(TagBytes(), kBytes)));
-}
-// Replaces those of the eight numbers of each block whose bit is set.
-template <unsigned mask>
-HWY_INLINE VecU16 replaced(VecU16 low, VecU16 high) {
-  const auto all = [](unsigned bit) { return static_cast<std::uint16_t>((mask >> bit & 1) != 0 ? UINT16_MAX : 0); };
-  alignas(16) static constexpr std::uint16_t kLanesOf[8] = {all(0), all(1), all(2), all(3),
-                                                            all(4), all(5), all(6), all(7)};
-  return hn::IfVecThenElse(hn::LoadDup128(TagU16(), kLanesOf), high, low);
+// The points of a part's runs, and the lanes after the last segment of each run.
+struct Points {
+  Axes axes;
+  hn::Mask<TagI> beyond;
+};
+
+HWY_INLINE hn::Mask<TagI> beyond(VecU counts) {
+  alignas(16) static constexpr std::int32_t kPlaces[4] = {1, 2, 3, 4};
+  return hn::Gt(hn::LoadDup128(TagI(), kPlaces), hn::BitCast(TagI(), counts));
 }
 
-HWY_INLINE Axes narrowAxes(const std::uint16_t* offsets, const TwoRuns& runs, std::size_t p) {
-  const std::uint16_t *at_a = offsets + 3 * std::size_t{runs.a.child}, *at_b = offsets + 3 * std::size_t{runs.b.child};
-  // x0 y0 z0 x1 y1 z1 x2 y2, and y1 z1 x2 y2 z2 x3 y3 z3. Where both are needed, no axis is in the same lane of both.
-  const VecU16 low = loadBlocks(at_a, at_b, p), high = loadBlocks(at_a + 4, at_b + 4, p);
-  const VecU16 first =
-      loadBlocks(offsets + 3 * std::size_t{runs.a.parent}, offsets + 3 * std::size_t{runs.b.parent}, p);
-  return {axisOf(lanesOf<0, 6, 12, 10>(replaced<0b00100000>(low, high)), lastLaneOf<0>(first)),
-          axisOf(lanesOf<2, 8, 14, 12>(replaced<0b01000000>(low, high)), lastLaneOf<2>(first)),
-          axisOf(lanesOf<4, 10, 8, 14>(replaced<0b10010000>(low, high)), lastLaneOf<4>(first))};
+// x0 to x3 and y0 to y3; z0 to z3, the parent and the count.
+HWY_INLINE Points pointsOf(const NarrowRun& a, const NarrowRun& b, std::size_t p) {
+  const VecU16 xy = loadBlocks(a.x.data(), b.x.data(), p), rest = loadBlocks(a.z.data(), b.z.data(), p);
+  return {{axisOf(lanesOf<0, 2, 4, 6>(xy), lanesOf<8, 8, 8, 8>(rest)),
+           axisOf(lanesOf<8, 10, 12, 14>(xy), lanesOf<10, 10, 10, 10>(rest)),
+           axisOf(lanesOf<0, 2, 4, 6>(rest), lanesOf<12, 12, 12, 12>(rest))},
+          beyond(lanesOf<14, 14, 14, 14>(rest))};
 }
 
 HWY_INLINE VecU lowHalves(VecU64 low, VecU64 high) {
   return hn::ConcatEven(TagU(), hn::BitCast(TagU(), high), hn::BitCast(TagU(), low));
 }
 
-HWY_INLINE Axes wordAxes(const std::uint64_t* words, const TwoRuns& runs, std::size_t p) {
+HWY_INLINE Points pointsOf(const WordRun& a, const WordRun& b, std::size_t p) {
   constexpr int kBits = WordOffsets<const std::uint64_t>::kBits;
   const VecU64 mask = hn::Set(TagU64(), WordOffsets<const std::uint64_t>::kMask);
   // Each vector holds half of the part's children.
-  const std::uint64_t* at = words + runs.of(p).child;
-  const VecU64 low = hn::LoadU(TagU64(), at);
-  const VecU64 high = hn::LoadU(TagU64(), kParts == 1 ? words + runs.b.child : at + kLanes / 2);
-  const VecU64 first = perRun(TagU64(), words[runs.a.parent], words[runs.b.parent], p);
+  const WordRun& run = p == 0 ? a : b;
+  const VecU64 low = hn::LoadU(TagU64(), run.child.data());
+  const VecU64 high = hn::LoadU(TagU64(), kParts == 1 ? b.child.data() : run.child.data() + kLanes / 2);
+  const VecU64 first = perRun(TagU64(), a.parent, b.parent, p), counts = perRun(TagU64(), a.count, b.count, p);
   const auto firstOf = [](VecU64 v) HWY_ATTR { return hn::DupEven(hn::BitCast(TagU(), v)); };
-  return {axisOf(lowHalves(hn::And(low, mask), hn::And(high, mask)), firstOf(hn::And(first, mask))),
-          axisOf(lowHalves(hn::And(hn::ShiftRight<kBits>(low), mask), hn::And(hn::ShiftRight<kBits>(high), mask)),
-                 firstOf(hn::And(hn::ShiftRight<kBits>(first), mask))),
-          axisOf(lowHalves(hn::ShiftRight<2 * kBits>(low), hn::ShiftRight<2 * kBits>(high)),
-                 firstOf(hn::ShiftRight<2 * kBits>(first)))};
-}
-
-HWY_INLINE Axes axesOf(const Offsets& offsets, const TwoRuns& runs, std::size_t p) {
-  return offsets.narrow != nullptr ? narrowAxes(offsets.narrow, runs, p) : wordAxes(offsets.words, runs, p);
-}
-
-// The lanes after the last segment of each run.
-HWY_INLINE hn::Mask<TagI> beyond(const TwoRuns& runs, std::size_t p) {
-  alignas(16) static constexpr std::int32_t kPlaces[4] = {1, 2, 3, 4};
-  const VecI counts =
-      perRun(TagI(), static_cast<std::int32_t>(runs.a.count), static_cast<std::int32_t>(runs.b.count), p);
-  return hn::Gt(hn::LoadDup128(TagI(), kPlaces), counts);
+  return {{axisOf(lowHalves(hn::And(low, mask), hn::And(high, mask)), firstOf(hn::And(first, mask))),
+           axisOf(lowHalves(hn::And(hn::ShiftRight<kBits>(low), mask), hn::And(hn::ShiftRight<kBits>(high), mask)),
+                  firstOf(hn::And(hn::ShiftRight<kBits>(first), mask))),
+           axisOf(lowHalves(hn::ShiftRight<2 * kBits>(low), hn::ShiftRight<2 * kBits>(high)),
+                  firstOf(hn::ShiftRight<2 * kBits>(first)))},
+          beyond(firstOf(counts))};
 }
 
 // Along one axis: from the child to the probe and to the parent.
@@ -279,11 +253,12 @@ HWY_INLINE Reach reachOf(const Axis& axis, float h) {
 HWY_INLINE VecF squared(VecF v) { return hn::Mul(v, v); }
 
 // Squared distances, in quanta, from the probe to the segments of two runs; infinite in unused lanes.
-HWY_INLINE Floats sift(const Offsets& offsets, const TwoRuns& runs, const std::array<float, 3>& h) {
+template <class Run>
+HWY_INLINE Floats sift(const Run& a, const Run& b, const std::array<float, 3>& h) {
   Floats all;
   for (std::size_t p = 0; p < kParts; ++p) {
-    const Axes axes = axesOf(offsets, runs, p);
-    const Reach x = reachOf(axes.x, h[0]), y = reachOf(axes.y, h[1]), z = reachOf(axes.z, h[2]);
+    const Points points = pointsOf(a, b, p);
+    const Reach x = reachOf(points.axes.x, h[0]), y = reachOf(points.axes.y, h[1]), z = reachOf(points.axes.z, h[2]);
     const VecF length2 = sum3(squared(x.along), squared(y.along), squared(z.along));
     const VecF projected = sum3(hn::Mul(x.to, x.along), hn::Mul(y.to, y.along), hn::Mul(z.to, z.along));
     const VecF one = hn::Set(TagF(), 1.0f);
@@ -292,7 +267,7 @@ HWY_INLINE Floats sift(const Offsets& offsets, const TwoRuns& runs, const std::a
     const VecF distance2 =
         sum3(squared(hn::Sub(x.to, hn::Mul(t, x.along))), squared(hn::Sub(y.to, hn::Mul(t, y.along))),
              squared(hn::Sub(z.to, hn::Mul(t, z.along))));
-    all.part[p] = hn::IfThenElse(hn::RebindMask(TagF(), beyond(runs, p)), hn::Set(TagF(), kInfinity), distance2);
+    all.part[p] = hn::IfThenElse(hn::RebindMask(TagF(), points.beyond), hn::Set(TagF(), kInfinity), distance2);
   }
   return all;
 }
