@@ -100,7 +100,7 @@ void Nearest::Impl::searchAll(Search& s) const {
 void Nearest::Impl::searchResident(Search& s) const {
   const std::vector<TileId> resident = cache.resident();
   const auto visit_resident = [&](TileId tile) {
-    const std::shared_ptr<const internal::LoadedTile> loaded =
+    const std::shared_ptr<const internal::SearchTile> loaded =
         std::binary_search(resident.begin(), resident.end(), tile) ? cache.find(tile) : nullptr;
     if (loaded == nullptr) return false;
     loaded->engine->search(s.h_W, s.best);

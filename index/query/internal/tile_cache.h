@@ -21,7 +21,7 @@
 
 namespace filiform::internal {
 
-struct LoadedTile {
+struct SearchTile {
   std::shared_ptr<const Tile> tile;
   std::unique_ptr<const TileEngine> engine;
   std::uint64_t bytes;
@@ -31,7 +31,7 @@ class TileCache {
  public:
   TileCache(const TileStore& store, const NearestOptions& options) : store_(store), options_(options) {}
 
-  std::shared_ptr<const LoadedTile> find(TileId tile) {
+  std::shared_ptr<const SearchTile> find(TileId tile) {
     const std::lock_guard lock(mutex_);
     const auto at = tiles_.find(tile);
     if (at == tiles_.end()) return nullptr;
@@ -40,9 +40,9 @@ class TileCache {
   }
 
   // Reads without the lock: two threads may read the same tile, and one copy is kept.
-  std::shared_ptr<const LoadedTile> get(TileId tile, std::uint32_t& reads) {
+  std::shared_ptr<const SearchTile> get(TileId tile, std::uint32_t& reads) {
     if (auto found = find(tile)) return found;
-    auto loaded = std::make_shared<LoadedTile>();
+    auto loaded = std::make_shared<SearchTile>();
     loaded->tile = takeAhead(tile);
     if (loaded->tile == nullptr) loaded->tile = store_.load(tile);
     ++reads;
@@ -99,7 +99,7 @@ class TileCache {
 
  private:
   struct Slot {
-    std::shared_ptr<const LoadedTile> loaded;
+    std::shared_ptr<const SearchTile> loaded;
     std::list<TileId>::iterator place;
   };
 
