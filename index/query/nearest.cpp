@@ -87,7 +87,7 @@ void Nearest::Impl::searchAll(Search& s) const {
   if (store.tile_count() > TileFinder::kScanTiles && !finder.isOutside(s.h_W)) {
     home = homeOf(s.h_W);
     if (home != kNoTile) {
-      if (store.isRemote() && cache.find(home) == nullptr) cache.readAhead(besideHome(home, s.h_W));
+      if (store.isRemote() && !cache.isHere(home)) cache.readAhead(besideHome(home, s.h_W));
       visit(s, home);
       if (answersAlone(home, s.h_W, s.best.bound2())) return;
     }
@@ -100,9 +100,9 @@ void Nearest::Impl::searchAll(Search& s) const {
 void Nearest::Impl::searchResident(Search& s) const {
   const std::vector<TileId> resident = cache.resident();
   const auto visit_resident = [&](TileId tile) {
-    const std::shared_ptr<const internal::SearchTile> loaded =
-        std::binary_search(resident.begin(), resident.end(), tile) ? cache.find(tile) : nullptr;
-    if (loaded == nullptr) return false;
+    if (!std::binary_search(resident.begin(), resident.end(), tile)) return false;
+    const internal::TileCache::Lease loaded = cache.find(tile);
+    if (!loaded) return false;
     loaded->engine->search(s.h_W, s.best);
     ++s.tiles_searched;
     return true;
@@ -128,9 +128,15 @@ Nearest::Nearest(const TileStore& store, const NearestOptions& options) {
 Nearest::~Nearest() = default;
 
 std::vector<NearestResult> Nearest::find(const Vector3d& h_W, const NearestQuery& query) const {
-  checkQuery(h_W, query);
   std::vector<NearestResult> results;
-  if (query.k == 0) return results;
+  find(h_W, query, results);
+  return results;
+}
+
+void Nearest::find(const Vector3d& h_W, const NearestQuery& query, std::vector<NearestResult>& results) const {
+  checkQuery(h_W, query);
+  results.clear();
+  if (query.k == 0) return;
 
   if (query.approximate) {
     for (const LandmarkHint::Guess& g : impl_->hint.nearest(h_W, query.k)) {
@@ -138,7 +144,7 @@ std::vector<NearestResult> Nearest::find(const Vector3d& h_W, const NearestQuery
       const auto rank = static_cast<std::uint32_t>(results.size());
       results.push_back({rank, g.distance, g.p_W, g.segment, g.t, kNoTile, false, 0, 0});
     }
-    return results;
+    return;
   }
 
   const double limit2 = std::nextafter(query.max_distance_um * query.max_distance_um, kInfinity);
@@ -155,7 +161,6 @@ std::vector<NearestResult> Nearest::find(const Vector3d& h_W, const NearestQuery
     const auto rank = static_cast<std::uint32_t>(results.size());
     results.push_back({rank, distance, c.p_W, c.segment, c.t, c.tile, exact, search.tiles_read, search.tiles_searched});
   }
-  return results;
 }
 
 void Nearest::forEach(std::span<const Vector3d> points, const NearestQuery& query, unsigned threads,

@@ -90,6 +90,9 @@ class Nearest {
   // or exceeds kMaxCoordinate_um, if epsilon is negative or not finite, or if max_distance_um is negative or NaN.
   // Throws CorruptTile, CorruptSet, IoError from the store. Expected: O(log segments + k) and one or two tiles read.
   std::vector<NearestResult> find(const Vector3d& h_W, const NearestQuery& query = {}) const;
+  // The same into the caller's list, whose content is replaced. Does not allocate once lists have grown, if k = 1 and
+  // all tiles are in memory.
+  void find(const Vector3d& h_W, const NearestQuery& query, std::vector<NearestResult>& results) const;
 
   // Calls find() for each point, on `threads` threads (at least one). Results have the order of the points. Points are
   // visited along a space-filling curve, so that consecutive points need the same tiles. Throws as find() does.

@@ -182,15 +182,19 @@ struct TileFinder::Walk::State {
     }
   };
 
-  Impl& finder;
-  const Impl::Root& root;
+  Impl* finder;
+  const Impl::Root* root;
   Vector3d h_W;
-  internal::BoxLevels::Probe root_probe{}, probe{};
-  const Impl::Node* probed = nullptr;  // `probe` is for this node
+  internal::BoxLevels::Probe root_probe, probe;
+  const Impl::Node* probed;  // `probe` is for this node
   std::vector<Opened> opened;
   std::vector<Waiting> heap;    // the first on top
   std::optional<Waiting> next;  // not in the heap
 
+  // The state of the thread's last walk, so that the next one need not allocate.
+  static thread_local std::unique_ptr<State> spare;
+
+  void begin(Impl& of, const Vector3d& from_W);
   void wait(const Waiting& one) {
     heap.push_back(one);
     std::push_heap(heap.begin(), heap.end(), [](const Waiting& a, const Waiting& b) { return b.before(a); });
@@ -219,7 +223,7 @@ struct TileFinder::Walk::State {
 };
 
 void TileFinder::Walk::State::open(const Impl::Node& node, Place place, double bound) {
-  const bool is_root = &node == &root.node;
+  const bool is_root = &node == &root->node;
   if (!is_root && &node != probed) {
     probe = node.boxes->probe(h_W);
     probed = &node;
@@ -244,27 +248,40 @@ void TileFinder::Walk::State::take(std::uint32_t at, double bound) {
   if (place.level >= 0) return open(node, place, bound);
   if (node.items == Impl::Kind::tiles) {
     const TileId tile = node.ids[place.at];
-    return offer({finder.box(tile).squaredDistanceBelow(h_W), true, tile});
+    return offer({finder->box(tile).squaredDistanceBelow(h_W), true, tile});
   }
-  const Impl::Node& entered = finder.enter(node, place.at);
+  const Impl::Node& entered = finder->enter(node, place.at);
   if (entered.boxes->items() > 0) open(entered, entered.boxes->root(), bound);
 }
 
+thread_local std::unique_ptr<TileFinder::Walk::State> TileFinder::Walk::State::spare;
+
+void TileFinder::Walk::State::begin(Impl& of, const Vector3d& from_W) {
+  finder = &of;
+  root = &of.open();
+  h_W = from_W;
+  probed = nullptr;
+  opened.clear();
+  heap.clear();
+  next.reset();
+  if (root->scanned) {
+    for (const auto& [tile, box] : root->boxes) wait({box.squaredDistanceBelow(h_W), true, tile});
+  } else if (const internal::BoxLevels& boxes = *root->node.boxes; boxes.items() > 0) {
+    root_probe = boxes.probe(h_W);
+    open(root->node, boxes.root(), std::numeric_limits<double>::infinity());
+  }
+}
+
 TileFinder::Walk::Walk(std::unique_ptr<State> state) : state_(std::move(state)) {}
-TileFinder::Walk::~Walk() = default;
+TileFinder::Walk::~Walk() {
+  if (state_ != nullptr) State::spare = std::move(state_);
+}
 TileFinder::Walk::Walk(Walk&&) noexcept = default;
 
 TileFinder::Walk TileFinder::walk(const Vector3d& h_W) const {
-  const Impl::Root& root = impl_->open();
-  auto state = std::make_unique<Walk::State>(Walk::State{*impl_, root, h_W, {}, {}, nullptr, {}, {}, std::nullopt});
-  state->opened.reserve(32);
-  state->heap.reserve(64);
-  if (root.scanned) {
-    for (const auto& [tile, box] : root.boxes) state->wait({box.squaredDistanceBelow(h_W), true, tile});
-  } else if (const internal::BoxLevels& boxes = *root.node.boxes; boxes.items() > 0) {
-    state->root_probe = boxes.probe(h_W);
-    state->open(root.node, boxes.root(), std::numeric_limits<double>::infinity());
-  }
+  auto state = std::move(Walk::State::spare);
+  if (state == nullptr) state = std::make_unique<Walk::State>();
+  state->begin(*impl_, h_W);
   return Walk(std::move(state));
 }
 

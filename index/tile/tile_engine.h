@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -92,12 +93,10 @@ class Candidates {
       offer({c.squared_distance, tile.segmentId(segment), c.t, c.p_W, tile.id()});
   }
 
-  // At most k candidates, best first. O(k log k).
-  const std::vector<Candidate>& sorted() {
-    if (k_ == 1)
-      best_.assign(full_ ? 1 : 0, worst_);
-    else
-      compact();
+  // At most k candidates, best first; valid until the next offer. O(k log k).
+  std::span<const Candidate> sorted() {
+    if (k_ == 1) return {&worst_, full_ ? 1u : 0u};
+    compact();
     return best_;
   }
 

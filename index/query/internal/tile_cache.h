@@ -1,5 +1,5 @@
-// TileCache: the most recently used tiles of a store with their search engines, within a byte budget. Thread rule:
-// internally synchronised.
+// TileCache: the tiles of a store that were searched lately, with their search engines, within a byte budget. A tile
+// that is here is found without a lock. Thread rule: internally synchronised.
 #pragma once
 
 #include "index/errors.h"
@@ -8,14 +8,13 @@
 #include "index/workers.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cstdint>
 #include <deque>
-#include <list>
 #include <memory>
 #include <mutex>
 #include <span>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -28,35 +27,74 @@ struct SearchTile {
 };
 
 class TileCache {
- public:
-  TileCache(const TileStore& store, const NearestOptions& options) : store_(store), options_(options) {}
+  struct Slot {
+    std::atomic<const SearchTile*> tile{nullptr};
+    std::atomic<std::uint32_t> leases{0};
+    std::atomic<bool> used{false};  // since trim() saw it last
+  };
 
-  std::shared_ptr<const SearchTile> find(TileId tile) {
-    const std::lock_guard lock(mutex_);
-    const auto at = tiles_.find(tile);
-    if (at == tiles_.end()) return nullptr;
-    order_.splice(order_.begin(), order_, at->second.place);
-    return at->second.loaded;
+ public:
+  TileCache(const TileStore& store, const NearestOptions& options)
+      : store_(store), options_(options), pages_(store.tile_count() / kPageSlots + 1) {}
+  ~TileCache() {
+    for (const TileId tile : order_) delete slotOf(tile)->tile.load();
+    for (const std::atomic<Page*>& page : pages_) delete page.load();
+  }
+  TileCache(const TileCache&) = delete;
+  TileCache& operator=(const TileCache&) = delete;
+
+  // A tile that stays in memory as long as the lease lives. Empty if the tile was not there.
+  class Lease {
+   public:
+    Lease() = default;
+    Lease(Lease&& other) noexcept : slot_(std::exchange(other.slot_, nullptr)), tile_(other.tile_) {}
+    Lease& operator=(Lease&&) = delete;
+    ~Lease() {
+      if (slot_ != nullptr) slot_->leases.fetch_sub(1, std::memory_order_release);
+    }
+    explicit operator bool() const { return slot_ != nullptr; }
+    const SearchTile* operator->() const { return tile_; }
+
+   private:
+    friend class TileCache;
+    Lease(Slot& slot, const SearchTile* tile) : slot_(&slot), tile_(tile) {}
+    Slot* slot_ = nullptr;
+    const SearchTile* tile_ = nullptr;
+  };
+
+  Lease find(TileId tile) {
+    Slot* const slot = slotOf(tile);
+    if (slot == nullptr || slot->tile.load(std::memory_order_relaxed) == nullptr) return {};
+    // drop() clears the pointer and then reads the leases: with this order, it sees the lease or this sees no tile.
+    slot->leases.fetch_add(1);
+    const SearchTile* const there = slot->tile.load();
+    Lease lease(*slot, there);
+    if (there == nullptr) return {};
+    if (!slot->used.load(std::memory_order_relaxed)) slot->used.store(true, std::memory_order_relaxed);
+    return lease;
   }
 
   // Reads without the lock: two threads may read the same tile, and one copy is kept.
-  std::shared_ptr<const SearchTile> get(TileId tile, std::uint32_t& reads) {
-    if (auto found = find(tile)) return found;
-    auto loaded = std::make_shared<SearchTile>();
-    loaded->tile = takeAhead(tile);
-    if (loaded->tile == nullptr) loaded->tile = store_.load(tile);
+  Lease get(TileId tile, std::uint32_t& reads) {
+    if (Lease found = find(tile)) return found;
+    auto read = std::make_unique<SearchTile>();
+    read->tile = takeAhead(tile);
+    if (read->tile == nullptr) read->tile = store_.load(tile);
     ++reads;
-    loaded->engine = makeTileEngine(options_.engine, loaded->tile);
-    loaded->bytes = loaded->tile->bytes() + loaded->engine->bytes();
+    read->engine = makeTileEngine(options_.engine, read->tile);
+    read->bytes = read->tile->bytes() + read->engine->bytes();
     const std::lock_guard lock(mutex_);
-    const auto [at, fresh] = tiles_.try_emplace(tile);
-    if (fresh) {
-      order_.push_front(tile);
-      at->second = {loaded, order_.begin()};
-      bytes_ += loaded->bytes;
-      trim();
+    Slot& slot = madeSlot(tile);
+    if (slot.tile.load() == nullptr) {
+      order_.push_back(tile);
+      bytes_ += read->bytes;
+      slot.used.store(false);
+      slot.tile.store(read.release());
     }
-    return loaded;
+    slot.leases.fetch_add(1);
+    Lease lease(slot, slot.tile.load());
+    trim();
+    return lease;
   }
 
   // Reads those of the tiles that are not here, all at once. They count as read when get() takes them, so that results
@@ -66,7 +104,7 @@ class TileCache {
     {
       const std::lock_guard lock(mutex_);
       for (const TileId tile : tiles)
-        if (!tiles_.contains(tile) && aheadOf(tile) == ahead_.end()) absent.push_back(tile);
+        if (!isHere(tile) && aheadOf(tile) == ahead_.end()) absent.push_back(tile);
     }
     if (absent.size() < 2) return;
     std::vector<std::shared_ptr<const Tile>> read(absent.size());
@@ -85,6 +123,12 @@ class TileCache {
     while (ahead_.size() > kMostAhead) ahead_.pop_front();
   }
 
+  bool isHere(TileId tile) const {
+    const Slot* const slot = slotOf(tile);
+    return slot != nullptr && slot->tile.load(std::memory_order_relaxed) != nullptr;
+  }
+
+  // The tiles here, ascending.
   std::vector<TileId> resident() const {
     const std::lock_guard lock(mutex_);
     std::vector<TileId> tiles(order_.begin(), order_.end());
@@ -98,12 +142,20 @@ class TileCache {
   }
 
  private:
-  struct Slot {
-    std::shared_ptr<const SearchTile> loaded;
-    std::list<TileId>::iterator place;
-  };
-
   static constexpr std::size_t kMostAhead = 32;
+  static constexpr TileId kPageSlots = 256;
+  using Page = std::array<Slot, kPageSlots>;
+
+  // Null if no tile near it was ever here.
+  Slot* slotOf(TileId tile) const {
+    Page* const page = pages_[tile / kPageSlots].load(std::memory_order_acquire);
+    return page == nullptr ? nullptr : &(*page)[tile % kPageSlots];
+  }
+  Slot& madeSlot(TileId tile) {
+    std::atomic<Page*>& page = pages_[tile / kPageSlots];
+    if (page.load() == nullptr) page.store(new Page);
+    return (*page.load())[tile % kPageSlots];
+  }
 
   std::deque<std::shared_ptr<const Tile>>::iterator aheadOf(TileId tile) {
     return std::find_if(ahead_.begin(), ahead_.end(), [&](const auto& read) { return read->id() == tile; });
@@ -118,22 +170,30 @@ class TileCache {
     return taken;
   }
 
+  // The oldest go first; those used since the last time get a second turn. Amortised O(1).
   void trim() {
-    for (auto last = order_.end(); bytes_ > options_.budget_bytes && last != order_.begin();) {
-      --last;
-      if (*last == store_.long_tile()) continue;
-      const auto at = tiles_.find(*last);
-      bytes_ -= at->second.loaded->bytes;
-      tiles_.erase(at);
-      last = order_.erase(last);
+    for (std::size_t turns = 2 * order_.size(); bytes_ > options_.budget_bytes && turns > 0; --turns) {
+      const TileId oldest = order_.front();
+      order_.pop_front();
+      if (oldest == store_.long_tile() || slotOf(oldest)->used.exchange(false))
+        order_.push_back(oldest);
+      else
+        drop(*slotOf(oldest));
     }
+    std::erase_if(dropped_, [](const auto& one) { return one.first->leases.load() == 0; });
+  }
+  void drop(Slot& slot) {
+    dropped_.emplace_back(&slot, nullptr);
+    dropped_.back().second.reset(slot.tile.exchange(nullptr));
+    bytes_ -= dropped_.back().second->bytes;
   }
 
   const TileStore& store_;
   const NearestOptions options_;
+  std::vector<std::atomic<Page*>> pages_;
   mutable std::mutex mutex_;
-  std::list<TileId> order_;  // most recent first
-  std::unordered_map<TileId, Slot> tiles_;
+  std::deque<TileId> order_;                                                  // the oldest first
+  std::vector<std::pair<Slot*, std::unique_ptr<const SearchTile>>> dropped_;  // perhaps still leased
   std::uint64_t bytes_ = 0;
   std::deque<std::shared_ptr<const Tile>> ahead_;  // read ahead and not used yet
 };

@@ -105,7 +105,7 @@ std::optional<PlaceFinder::Picked> PlaceFinder::anyNear(const Vector3d& p_W) con
   Candidates candidates(1, 0, INFINITY);
   for (std::uint32_t s = 0; s < tile.segment_count(); ++s)
     candidates.offer(tile, s, tile.position_W(tile.child(s)), tile.position_W(tile.parent(s)), p_W);
-  const std::vector<Candidate>& best = candidates.sorted();
+  const std::span<const Candidate> best = candidates.sorted();
   if (best.empty()) return nearest(p_W);
   return Picked{reading.graph.placeAt(home, best[0].segment, best[0].t), 0, std::sqrt(best[0].squared_distance)};
 }

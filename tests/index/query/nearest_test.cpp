@@ -1,6 +1,7 @@
 #include "index/query/nearest.h"
 
 #include "index/errors.h"
+#include "tests/support/no_alloc_guard.h"
 #include "tests/support/scenes/brute_force.h"
 #include "tests/support/scenes/counting_store.h"
 #include "tests/support/scenes/memory_store.h"
@@ -417,6 +418,19 @@ TEST(Nearest, RefusesImpossibleBoxesAndRays) {
   EXPECT_THROW(nearest.inBox({0, 0, 0}, {1, std::nan(""), 1}), UsageError);
   EXPECT_THROW(nearest.alongRay({.origin_W = {0, 0, 0}, .direction = {0, 0, 0}}), UsageError);
   EXPECT_THROW(nearest.alongRay({.origin_W = {0, 0, 0}, .direction = {0, 0, 1}, .radius_um = -1}), UsageError);
+}
+
+TEST(Nearest, WarmJumpNeitherAllocatesNorLocks) {
+  const std::vector<Cell> cells = test::randomColumn(38, 12, 400, 300);
+  const auto store = storeOf(cells, 16);
+  const auto points = probes(test::snappedSegments(cells, store->grid()), store->grid(), 98, 30);
+  const Nearest nearest(*store);
+  std::vector<NearestResult> results;
+  for (const Vector3d& h_W : points) nearest.find(h_W, {}, results);
+  test::NoAllocGuard guard;
+  for (const Vector3d& h_W : points) nearest.find(h_W, {}, results);
+  const test::ForbiddenCalls calls = guard.calls();
+  EXPECT_EQ(calls.total(), 0u) << calls.first;
 }
 
 TEST(Nearest, ServesManyThreads) {

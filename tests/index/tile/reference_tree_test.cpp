@@ -33,7 +33,7 @@ TEST(ReferenceTree, AgreesWithBruteForceInsideEveryTile) {
         if (HasFatalFailure()) return;
         Candidates best(1, 0, kInfinity);
         engine->search(h_W, best);
-        EXPECT_EQ(best.sorted().at(0).tile, id);
+        EXPECT_EQ(best.sorted()[0].tile, id);
       }
     }
   }

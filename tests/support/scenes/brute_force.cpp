@@ -44,7 +44,7 @@ void expectBruteForce(const TileEngine& engine, const std::vector<StoredSegment>
     engine.search(h_W, best);
     engine.search(h_W, best);  // the same segments again, as if from another tile
     const auto expected = bruteForceNearest(segments, grid, h_W, k);
-    const std::vector<Candidate>& found = best.sorted();
+    const std::span<const Candidate> found = best.sorted();
     ASSERT_EQ(found.size(), expected.size());
     for (std::size_t r = 0; r < found.size(); ++r) {
       ASSERT_EQ(found[r].segment, expected[r].segment);

@@ -38,8 +38,9 @@ OwnEngine::OwnEngine(CellStream& cells, std::uint64_t segments) {
   engine_.name = "filiform";
   engine_.build_s = threadTime_s() - from;
   engine_.bytes = (residentBytes() - before) / static_cast<double>(segments);
-  engine_.squared = [this](const Vector3d& h_W) {
-    const double d = nearest_->find(h_W)[0].distance_um;
+  engine_.squared = [this, found = std::vector<NearestResult>()](const Vector3d& h_W) mutable {
+    nearest_->find(h_W, {}, found);
+    const double d = found[0].distance_um;
     return d * d;
   };
 }

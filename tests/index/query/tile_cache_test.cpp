@@ -1,0 +1,84 @@
+#include "index/query/internal/tile_cache.h"
+
+#include "tests/support/scenes/counting_store.h"
+#include "tests/support/scenes/memory_store.h"
+#include "tests/support/scenes/random_cells.h"
+
+#include <atomic>
+#include <random>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+namespace filiform {
+namespace {
+
+using internal::TileCache;
+
+class SearchTiles : public ::testing::Test {
+ protected:
+  const std::unique_ptr<TileStore> tiles_ = test::storeOf(test::randomColumn(71, 8, 600, 300), 32);
+  test::CountingStore store_{*tiles_};
+  std::uint32_t reads_ = 0;
+
+  std::uint64_t bytesOf(std::initializer_list<TileId> tiles) {
+    TileCache all(store_, {.budget_bytes = UINT64_MAX});
+    for (const TileId tile : tiles) all.get(tile, reads_);
+    return all.bytes();
+  }
+};
+
+TEST_F(SearchTiles, TileIsReadOnce) {
+  TileCache cache(store_, {});
+  EXPECT_FALSE(cache.find(3));
+  EXPECT_EQ(cache.get(3, reads_)->tile->id(), 3u);
+  EXPECT_EQ(cache.get(3, reads_)->tile->id(), 3u);
+  EXPECT_TRUE(cache.find(3));
+  EXPECT_EQ(reads_, 1u);
+  EXPECT_EQ(store_.loads(3), 1u);
+}
+
+TEST_F(SearchTiles, LeasedTileOutlivesItsEviction) {
+  TileCache cache(store_, {.budget_bytes = 0});
+  {
+    const TileCache::Lease lease = cache.get(1, reads_);
+    EXPECT_FALSE(cache.find(1));
+    cache.get(2, reads_);
+    EXPECT_GT(store_.heldBytes(), 0u);
+    EXPECT_EQ(lease->tile->id(), 1u);
+  }
+  cache.get(3, reads_);
+  cache.get(4, reads_);  // frees what nobody leases
+  EXPECT_EQ(cache.bytes(), 0u);
+  EXPECT_LE(store_.heldBytes(), store_.entry(4).decoded_bytes + store_.entry(3).decoded_bytes);
+}
+
+TEST_F(SearchTiles, UsedTileStaysAndTheOldestOthersGo) {
+  const std::uint64_t room = bytesOf({1, 2, 3, 4});
+  TileCache cache(store_, {.budget_bytes = room});
+  for (const TileId tile : {1, 2, 3, 4}) cache.get(tile, reads_);
+  EXPECT_TRUE(cache.find(1));
+  for (TileId tile = 5; cache.isHere(2); ++tile) cache.get(tile, reads_);
+  EXPECT_TRUE(cache.isHere(1));
+}
+
+TEST_F(SearchTiles, ThreadsThatEvictEachOthersTilesSeeTheRightOnes) {
+  TileCache cache(store_, {.budget_bytes = bytesOf({1, 2})});
+  std::atomic<int> wrong{0};
+  std::vector<std::thread> threads;
+  for (unsigned t = 0; t < 4; ++t)
+    threads.emplace_back([&, t] {
+      std::mt19937_64 random(t);
+      std::uint32_t reads = 0;
+      for (int i = 0; i < 2000; ++i) {
+        const auto tile = static_cast<TileId>(random() % 6);
+        const TileCache::Lease lease = cache.get(tile, reads);
+        wrong += lease->tile->id() != tile || lease->engine->bytes() + lease->tile->bytes() != lease->bytes;
+      }
+    });
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(wrong, 0);
+}
+
+}  // namespace
+}  // namespace filiform
