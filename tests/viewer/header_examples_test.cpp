@@ -318,9 +318,10 @@ void window(Renderer& renderer, const std::array<EyeView, 2>& views, const Rende
   while (window.isOpen()) {
     for (const InputEvent& event : window.poll(0)) handle(event);
     renderer.draw(views, options);
-    renderer.present(window.size());
     window.beginPanels();
     window.endPanels();
+    renderer.present(window.size());
+    window.drawPanels();
     window.show();
   }
 }

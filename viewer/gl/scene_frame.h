@@ -62,9 +62,9 @@ struct SceneFrame {
 
 struct SceneFigures {
   RenderFigures drawn;
-  bool redrawn = false;              // false: nothing changed, and the last picture was kept
+  bool redrawn = false;              // false: the last picture was kept
   bool moving = false;               // drawn with the budget for motion
-  bool complete = false;             // every chosen tile is drawn, without stand-ins
+  bool complete = false;             // every chosen tile is in the picture, without stand-ins
   std::uint64_t segments = 0;        // of the drawn tiles
   std::uint64_t hidden = 0;          // full-resolution segments that levels hide: others cover their pixels
   std::uint64_t left_out = 0;        // full-resolution segments in view, in places of which no tile is drawn

@@ -20,6 +20,11 @@ using internal::Signature;
 
 // Dims the other cells where one is highlighted.
 constexpr double kReceding = 0.7;
+// Between two pictures of the same view that differ in the detail of their tiles alone, unless the last one is
+// complete.
+constexpr double kRefine_s = 1;
+// The first picture waits this long for a tile.
+constexpr double kFirst_s = 0.3;
 // Part of the scene's depth: a point that lies this far behind its neighbour on the screen is darkest.
 constexpr double kShadePart = 0.08;
 
@@ -66,6 +71,11 @@ struct SceneView::Impl {
   struct DepthRange {
     double nearest_um, farthest_um;
   };
+  struct Detail {
+    int samples;
+    double shade_um;
+    friend bool operator==(const Detail&, const Detail&) = default;
+  };
 
   Impl(const TileStore& store, const Levels* levels, Renderer& r)
       : renderer(r),
@@ -82,6 +92,7 @@ struct SceneView::Impl {
   DepthRange fitDepths(const SceneFrame& f);
   void putOverlays(const SceneFrame& f);
   Signature signatureOf(const SceneFrame& f) const;
+  bool isDue(const SceneFrame& f, const Signature& now);
   void draw(const SceneFrame& f);
   void removeAll();
 
@@ -94,7 +105,12 @@ struct SceneView::Impl {
   SeparationFilter separation;
   double last_s = 0;
   Signature last_picture;
-  bool has_picture = false, changed = true;         // `changed`: tiles, since the last picture
+  bool has_picture = false;
+  bool changed = true;      // tiles, since they were last counted
+  bool can_refine = false;  // the next picture of the same view shows other tiles, samples or shading
+  Detail last_detail{};
+  double last_picture_s = 0, first_s = INFINITY;
+  SceneFigures counted;                             // the tiles that the next picture shows
   bool whole_begun = false, whole_drawing = false;  // advanceWhole()
   SceneFigures figures;
 
@@ -205,13 +221,12 @@ void SceneView::Impl::putOverlays(const SceneFrame& f) {
   put(kForkGlyph, f.junction != nullptr, [&] { return glyphBatch(*f.junction, 120 * um_px, 6 * um_px, palette); });
 }
 
-// Of all that the picture depends on, except the tiles.
+// Of all that the picture depends on, except its detail: tiles, samples and shading.
 Signature SceneView::Impl::signatureOf(const SceneFrame& f) const {
   Signature now;
   for (const EyeView& view : views) addView(now, view);
-  for (const int x : {f.size.width, f.size.height, static_cast<int>(f.stereo), options.samples}) now.add(x);
+  for (const int x : {f.size.width, f.size.height, static_cast<int>(f.stereo)}) now.add(x);
   now.add(f.overlay_scale);
-  now.add(options.shade_um);
   if (f.workspace != nullptr) {
     now.add(f.workspace->centre_W());
     now.add(f.workspace->rotationMatrix());
@@ -235,20 +250,42 @@ Signature SceneView::Impl::signatureOf(const SceneFrame& f) const {
   return now;
 }
 
+// A picture of the same view with other detail waits until all tiles are there, or for kRefine_s: each costs as much as
+// the last one.
+bool SceneView::Impl::isDue(const SceneFrame& f, const Signature& now) {
+  const bool waits = counted.pending > 0;
+  if (!has_picture) return counted.tiles > 0 || !waits || f.time_s - first_s >= kFirst_s;
+  if (!(now == last_picture)) return true;
+  return can_refine && (!waits || f.time_s - last_picture_s >= kRefine_s);
+}
+
 void SceneView::Impl::draw(const SceneFrame& f) {
   if (changed) {
     tiles.selectShown();
     tiles.evict(f.budget.card_bytes);
+    tiles.count(counted);
+    changed = false;
   }
+  can_refine |= tiles.takeChangeOfShown();
+  const Detail detail{options.samples, options.shade_um};
+  can_refine |= !(detail == last_detail);
   Signature now = signatureOf(f);
-  figures.redrawn = changed || !has_picture || !(now == last_picture);
-  if (!figures.redrawn) return;
-  putOverlays(f);
-  figures.drawn = renderer.draw(views, options);
-  last_picture = std::move(now);
-  has_picture = true;
-  changed = false;
-  tiles.count(figures);
+  first_s = std::min(first_s, f.time_s);
+  figures.redrawn = isDue(f, now);
+  if (figures.redrawn) {
+    putOverlays(f);
+    figures.drawn = renderer.draw(views, options);
+    last_picture = std::move(now);
+    last_detail = detail;
+    has_picture = true;
+    can_refine = false;
+    last_picture_s = f.time_s;
+  }
+  if (figures.redrawn || !has_picture) return tiles.count(figures);
+  figures.pending = counted.pending;
+  figures.failed = counted.failed;
+  figures.card_bytes = counted.card_bytes;
+  figures.complete = counted.complete && !can_refine;
 }
 
 SceneFigures SceneView::draw(const SceneFrame& f) {
@@ -271,6 +308,7 @@ SceneFigures SceneView::drawWhole(const SceneFrame& f,
     s.tiles.upload(f.budget, true, f.time_s, s.figures);
   }
   s.changed = true;
+  s.has_picture = false;
   s.draw(f);
   return s.figures;
 }

@@ -9,7 +9,9 @@
 // A frame never waits for the disk. A loading thread reads tiles, the one with the largest error on the screen first.
 // A frame uploads loaded tiles up to a number of bytes and milliseconds. It then draws the finest uploaded tile of each
 // place: until the chosen tile is there, a coarser or finer tile *stands in*. While the camera moves, fewer segments
-// are chosen than at rest. A picture in which nothing changed is not drawn again.
+// are chosen than at rest. A frame draws a picture only if the picture differs from the last one: the view changed, or
+// the tiles that are shown. While tiles of an unchanged view are loaded, it draws at most one picture a second, and the
+// complete one at once.
 // Thread rule: the thread of the renderer's context.
 #pragma once
 

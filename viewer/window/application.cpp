@@ -42,6 +42,8 @@ using internal::WindowActions;
 
 constexpr double kSaveState_s = 0.1;  // between two writes of the state
 constexpr double kBlank_s = 0.1;      // between two frames while no scene is open
+// Between two frames: while something is under way, otherwise, and once nothing has changed for kSettled_s.
+constexpr double kBusyWait_s = 0.001, kWait_s = 0.015, kRestWait_s = 0.05, kSettled_s = 0.5;
 
 }  // namespace
 
@@ -66,16 +68,17 @@ class Application::Impl {
     const double begin_s = window_.now_s();
     if (options_.seconds && !opening_.isUnderWay() && begin_s - entered_s_ > *options_.seconds) return false;
     messages_.setTime(begin_s);
-    for (const InputEvent& event : window_.poll(busy_ ? 0.001 : 0.015)) actions_.handle(event);
+    const bool rests = begin_s - changed_s_ > kSettled_s;
+    const std::vector<InputEvent> events = window_.poll(busy_ ? kBusyWait_s : rests ? kRestWait_s : kWait_s);
+    if (!events.empty()) changed_s_ = window_.now_s();
+    for (const InputEvent& event : events) actions_.handle(event);
     finishOpening();
     for (const std::string& failure : closing_.takeFailures()) say(failure);
     screenshots_.serve();
-    if (scene_) {
+    if (scene_)
       frame();
-      window_.show();
-    } else if (blank()) {
-      window_.show();
-    }
+    else
+      blank();
     if (window_.now_s() - last_state_s_ > kSaveState_s) writeState();
     frame_ms_ += 0.1 * (1000 * (window_.now_s() - begin_s) - frame_ms_);
     ++frames_;
@@ -214,11 +217,21 @@ class Application::Impl {
         if (told_failures_.insert(failure).second && !lost) say(failure);
     busy_ = screenshots_.isDrawing() || figures.redrawn || figures.pending > 0 || actions_.input().isDragging() ||
             scene_->viewpoint().isGliding() || companion_.has_value();
-    renderer_.present(size_);
-    const PanelRequests requests = showPanels();
-    if (actions_.takeWindowPicture()) screenshots_.save(window_.read());
+    pictures_ += figures.redrawn ? 1 : 0;
+    const PanelRequests requests = layPanels();
+    const bool wanted = actions_.takeWindowPicture();
+    if (window_.endPanels() || figures.redrawn || wanted) present(wanted);
     screenshots_.advance();
     serve(requests);
+  }
+
+  void present(bool picture_wanted) {
+    renderer_.present(size_);
+    window_.drawPanels();
+    if (picture_wanted) screenshots_.save(window_.read());
+    window_.show();
+    ++presented_;
+    changed_s_ = window_.now_s();
   }
 
   void drawScene() {
@@ -243,7 +256,7 @@ class Application::Impl {
     scene_->draw(frame);
   }
 
-  PanelRequests showPanels() {
+  PanelRequests layPanels() {
     const PanelData data = panelData();
     using Text = const std::string*;
     for (const Text text : std::initializer_list<Text>{&data.scene, &data.cell, &data.device, &data.hint, &data.tooltip,
@@ -259,21 +272,17 @@ class Application::Impl {
       for (const CellColours::Entry& entry : *data.legend) window_.want(entry.value);
     window_.setInterfaceScale(settings_.interface_scale);
     window_.beginPanels();
-    PanelRequests requests = drawPanels(data, scene_->tiles(), actions_.panels, actions_.search, settings_);
-    window_.endPanels();
-    return requests;
+    return drawPanels(data, scene_->tiles(), actions_.panels, actions_.search, settings_);
   }
 
-  // The frame while no scene is open. Returns false if the last one still holds: drawing takes time from opening.
-  bool blank() {
+  // The frame while no scene is open. Few of them: drawing takes time from opening.
+  void blank() {
     busy_ = false;
     const PictureSize size = window_.size();
     const bool same_size = size.width == size_.width && size.height == size_.height;
-    if (same_size && window_.now_s() - last_blank_s_ < kBlank_s) return false;
+    if (same_size && window_.now_s() - last_blank_s_ < kBlank_s) return;
     now_s_ = last_blank_s_ = window_.now_s();
     size_ = size;
-    renderer_.draw({EyeView{}, EyeView{}}, {.size = size_, .samples = 1});
-    renderer_.present(size_);
     const bool opening = opening_.isUnderWay();
     std::string what = "drop a tile set or an .swc file here";
     if (opening)
@@ -284,8 +293,9 @@ class Application::Impl {
     for (const std::string& text : messages) window_.want(text);
     window_.beginPanels();
     drawOpening(size_, window_.scale(), what, opening ? now_s_ - opening_.since_s() : -1, messages);
-    window_.endPanels();
-    return true;
+    if (!window_.endPanels() && same_size) return;
+    renderer_.draw({EyeView{}, EyeView{}}, {.size = size_, .samples = 1});
+    present(false);
   }
 
   PanelData panelData() const {
@@ -326,6 +336,8 @@ class Application::Impl {
 
   nlohmann::ordered_json state() const {
     nlohmann::ordered_json json{{"frames", frames_},
+                                {"presented", presented_},
+                                {"pictures_drawn", pictures_},
                                 {"frame_ms", frame_ms_},
                                 {"ended", ended_},
                                 {"open", scene_ != nullptr},
@@ -375,7 +387,8 @@ class Application::Impl {
   StateFile state_file_;
   double last_state_s_ = -1, last_blank_s_ = -1, frame_ms_ = 0;
   double entered_s_ = 0;  // the first scene
-  std::uint64_t frames_ = 0;
+  double changed_s_ = 0;  // the last event or presented frame
+  std::uint64_t frames_ = 0, presented_ = 0, pictures_ = 0;
 
   // Destroyed from the last to the first: each may use the ones before it.
   std::unique_ptr<OpenScene> scene_;

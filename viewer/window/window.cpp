@@ -6,6 +6,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <functional>
+#include <string_view>
+#include <utility>
 
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
@@ -69,6 +72,25 @@ std::uint32_t specialOf(int key) {
   }
 }
 
+std::size_t hashOf(const ImDrawData& data) {
+  std::size_t hash = 0;
+  const auto add = [&hash](const void* bytes, std::size_t count) {
+    constexpr std::size_t kOdd = 0x9E3779B97F4A7C15U;  // mixes the bits, so that the order of the parts counts
+    hash = (hash ^ (hash >> 29)) * kOdd + std::hash<std::string_view>{}({static_cast<const char*>(bytes), count});
+  };
+  add(&data.DisplaySize, sizeof data.DisplaySize);
+  for (int i = 0; i < data.CmdListsCount; ++i) {
+    const ImDrawList& list = *data.CmdLists[i];
+    add(list.VtxBuffer.Data, static_cast<std::size_t>(list.VtxBuffer.size_in_bytes()));
+    add(list.IdxBuffer.Data, static_cast<std::size_t>(list.IdxBuffer.size_in_bytes()));
+    for (const ImDrawCmd& command : list.CmdBuffer) {
+      add(&command.ClipRect, sizeof command.ClipRect);
+      add(&command.ElemCount, sizeof command.ElemCount);
+    }
+  }
+  return hash;
+}
+
 class WindowContext final : public GraphicsContext {
  public:
   explicit WindowContext(GLFWwindow* window) : window_(window) {}
@@ -89,6 +111,8 @@ struct Window::Impl {
   double interface_scale = 1, content_scale = 1;
   double built_scale = 0;  // of the current letters and sizes; 0: none yet
   internal::Letters letters{internal::findFonts(internal::fontFolders())};
+  std::size_t shown_panels = 0;  // hash of the panels that the window shows
+  bool stale = true;             // the window's pixels are lost, or of other letters
   std::uint8_t modifiers = 0;
   // Of the key event to which the next character belongs.
   bool repeated = false, began_in_text = false;
@@ -167,6 +191,7 @@ struct Window::Impl {
   static void onContentScale(GLFWwindow* window, float across, float) {
     if (across > 0) of(window).content_scale = across;
   }
+  static void onRefresh(GLFWwindow* window) { of(window).stale = true; }
   static void onDrop(GLFWwindow* window, int count, const char** paths) {
     of(window).add(InputEvent::Kind::drop).paths.assign(paths, paths + count);
   }
@@ -222,6 +247,7 @@ Window::Window(const std::string& title, const PictureSize& size, double interfa
   glfwSetScrollCallback(w.window, Impl::onScroll);
   glfwSetDropCallback(w.window, Impl::onDrop);
   glfwSetWindowContentScaleCallback(w.window, Impl::onContentScale);
+  glfwSetWindowRefreshCallback(w.window, Impl::onRefresh);
 
   IMGUI_CHECKVERSION();
   ImGui::CreateContext();
@@ -278,16 +304,20 @@ void Window::beginPanels() {
       ImGui_ImplOpenGL3_CreateFontsTexture();
     }
     w.built_scale = scale();
+    w.stale = true;
   }
   ImGui_ImplOpenGL3_NewFrame();
   ImGui_ImplGlfw_NewFrame();
   ImGui::NewFrame();
 }
 
-void Window::endPanels() {
+bool Window::endPanels() {
   ImGui::Render();
-  ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
+  const std::size_t now = hashOf(*ImGui::GetDrawData());
+  return std::exchange(impl_->shown_panels, now) != now || std::exchange(impl_->stale, false);
 }
+
+void Window::drawPanels() { ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData()); }
 
 Picture Window::read() const { return Renderer::readWindow(size()); }
 

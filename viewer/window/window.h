@@ -4,9 +4,10 @@
 //   while (window.isOpen()) {
 //     for (const InputEvent& event : window.poll(0)) handle(event);
 //     renderer.draw(views, options);
-//     renderer.present(window.size());
 //     window.beginPanels();
 //     window.endPanels();
+//     renderer.present(window.size());
+//     window.drawPanels();
 //     window.show();
 //   }
 //
@@ -59,7 +60,9 @@ class Window {
   bool pointerOnPanel() const;
 
   void beginPanels();
-  void endPanels();      // draws the panels over the presented picture
+  // True: the panels differ from the last ones, or the window has lost its pixels. Else the window may stay as it is.
+  bool endPanels();
+  void drawPanels();     // over the presented picture
   Picture read() const;  // the window's pixels; call it before show()
   void show();
   void hide();  // at the end, so that the user does not wait for the last work

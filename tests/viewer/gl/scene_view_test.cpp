@@ -207,6 +207,47 @@ TEST_F(SceneViews, LessIsDrawnWhileTheCameraMoves) {
   EXPECT_GT(figures.segments, 0u);
 }
 
+// Tiles that arrive cost no picture while others still hide them: the first picture shows coarse tiles, the second all.
+TEST_F(SceneViews, LoadingDrawsTheFirstPictureAndTheCompleteOne) {
+  for (const Levels* levels : {static_cast<const Levels*>(nullptr), static_cast<const Levels*>(levels_.get())}) {
+    SceneView scene(*set_, levels, renderer_);
+    SceneFrame frame = frameOf(scene);
+    frame.budget.upload_bytes = 1;
+    int pictures = 0;
+    SceneFigures figures;
+    for (int i = 0; i < 10000 && !figures.complete; ++i) {
+      figures = scene.draw(frame);
+      pictures += figures.redrawn ? 1 : 0;
+      if (figures.uploads == 0) scene.waitForTiles(1);
+    }
+    EXPECT_TRUE(figures.complete);
+    EXPECT_EQ(pictures, 2);
+    const Picture frames = renderer_.read();
+    Renderer other(*context_);
+    SceneView at_once(*set_, levels, other);
+    at_once.drawWhole(frameOf(at_once));
+    EXPECT_EQ(other.read().rgb, frames.rgb);
+  }
+}
+
+// While tiles arrive slowly, a picture a second shows those that came.
+TEST_F(SceneViews, SlowLoadingDrawsOnePictureASecond) {
+  CountingStore slow(*store_);
+  slow.delayLoads(std::chrono::milliseconds(2));
+  SceneView scene(slow, nullptr, renderer_);
+  SceneFrame frame = frameOf(scene);
+  frame.budget.upload_bytes = 1;
+  int pictures = 0, frames = 0;
+  for (SceneFigures figures; !figures.complete && frames < 10000; ++frames) {
+    frame.time_s = frames / 20.0;
+    figures = scene.draw(frame);
+    pictures += figures.redrawn ? 1 : 0;
+    if (figures.uploads == 0) scene.waitForTiles(1);
+  }
+  EXPECT_GT(pictures, 2);
+  EXPECT_LE(pictures, 2 + frames / 20);
+}
+
 TEST_F(SceneViews, WhatDidNotChangeIsNotDrawnAgain) {
   SceneView scene(*store_, nullptr, renderer_);
   SceneFrame frame = frameOf(scene);

@@ -214,6 +214,34 @@ TEST_F(Applications, FramesGoOnAndQuitWorksWhileAPictureIsWritten) {
   EXPECT_EQ(written_, 1);
 }
 
+TEST_F(Applications, AtRestNothingIsPresentedUntilAKeyIsPressed) {
+  const int rest_s = test::wholeCampaign() ? 10 : 2;
+  const auto counted = [this](const char* what) {
+    std::ifstream in(options_.state);
+    return Json::parse(in, nullptr, false).value(what, std::uint64_t{0});
+  };
+  run([&] {
+    EXPECT_TRUE(isOpen());
+    EXPECT_TRUE(waitForState([](const Json& s) { return s.at("complete") == true && s.at("moving") == false; }));
+    // The messages of the start go, and the state is written ten times a second.
+    EXPECT_TRUE(waitFor([&, last = std::uint64_t{0}, since = std::chrono::steady_clock::now()]() mutable {
+      const std::uint64_t presented = counted("presented");
+      const auto now = std::chrono::steady_clock::now();
+      if (std::exchange(last, presented) != presented) since = now;
+      return now - since > std::chrono::seconds(1);
+    }));
+    const std::uint64_t presented = counted("presented"), pictures = counted("pictures_drawn"), frames = frames_;
+    std::this_thread::sleep_for(std::chrono::seconds(rest_s));
+    EXPECT_EQ(counted("presented"), presented);
+    EXPECT_EQ(counted("pictures_drawn"), pictures);
+    EXPECT_GT(frames_, static_cast<int>(frames));
+    EXPECT_TRUE(test::VirtualDisplay::send("key h"));
+    EXPECT_TRUE(waitFor([&] { return counted("presented") > presented; }));
+    EXPECT_EQ(counted("pictures_drawn"), pictures);  // a panel alone
+    quit();
+  });
+}
+
 // When the window moves to a screen of another scale, letters are built again at once.
 TEST_F(Applications, LettersFollowTheScale) {
   Window window("letters", {300, 200});
@@ -221,7 +249,8 @@ TEST_F(Applications, LettersFollowTheScale) {
     window.beginPanels();
     const float height = ImGui::GetFontSize();
     ImGui::GetForegroundDrawList()->AddText({10, 10}, IM_COL32_WHITE, "M");
-    window.endPanels();
+    EXPECT_TRUE(window.endPanels());
+    window.drawPanels();
     return height;
   };
   const auto lit = [&] {

@@ -55,6 +55,7 @@ bool CardTiles::setAppearance(ColourBy colour, const std::shared_ptr<const CellC
   }
   if (cell != cell_) {
     cell_ = cell;
+    shown_changed_ = true;
     cell_slot_ = {};
     renderer_.remove(kCell);
     changed = true;
@@ -164,6 +165,8 @@ bool CardTiles::upload(const SceneBudget& budget, bool all, double now_s, SceneF
     if (is_cell ? cell_ != loaded.job.whole_cell : found == slots_.end()) continue;
     Slot& tile = is_cell ? cell_slot_ : found->second;
     came = true;
+    const bool shown = is_cell || std::binary_search(shown_.begin(), shown_.end(), loaded.job.key);
+    shown_changed_ |= shown;
     tile.error = loaded.error;
     if (loaded.error) {
       tile.retry_s = now_s + kRetry_s;
@@ -174,7 +177,7 @@ bool CardTiles::upload(const SceneBudget& budget, bool all, double now_s, SceneF
       renderer_.put(kCell, loaded.batch, Layer::highlight);
     } else {
       renderer_.put(loaded.job.key, loaded.batch);
-      renderer_.show(loaded.job.key, std::binary_search(shown_.begin(), shown_.end(), loaded.job.key));
+      renderer_.show(loaded.job.key, shown);
     }
     tile.uploaded = true;
     tile.generation = generation_;
@@ -234,6 +237,7 @@ void CardTiles::selectShown() {
   }
   for (const Node node : next) slots_[node].used = frame_;
   if (next == shown_) return;
+  shown_changed_ = true;
   for (const Node node : shown_)
     if (!std::binary_search(next.begin(), next.end(), node)) renderer_.show(node, false);
   for (const Node node : next)

@@ -18,6 +18,7 @@
 #include <memory>
 #include <optional>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 namespace filiform::internal {
@@ -53,6 +54,8 @@ class CardTiles {
   // Selects for each place the chosen tile, else the finest coarser one, else finer ones, and has the renderer show
   // these alone.
   void selectShown();
+  // True if a tile that is shown, or the highlighted cell, changed since the last call: the picture differs.
+  bool takeChangeOfShown() { return std::exchange(shown_changed_, false); }
   // Removes tiles that are neither shown nor wanted, least recently used first, until `most_bytes` suffice.
   void evict(std::uint64_t most_bytes);
   // Sets the figures that count tiles and segments.
@@ -108,6 +111,7 @@ class CardTiles {
   std::uint64_t chosen_frame_ = 0;            // the last frame that was not frozen
   Signature last_choice_;
   std::vector<Node> shown_;  // ascending
+  bool shown_changed_ = false;
   std::uint64_t frame_ = 0;
   std::uint32_t generation_ = 0;
   ColourBy colour_ = ColourBy::cell;
