@@ -2,7 +2,8 @@
 #include "index/errors.h"
 #include "index/geometry/closest_point.h"
 #include "index/geometry/partition.h"
-#include "index/query/internal/nearest_impl.h"
+#include "index/query/internal/searched_set.h"
+#include "index/query/nearest.h"
 #include "index/tile/box_region.h"
 
 #include <algorithm>
@@ -13,7 +14,7 @@ namespace filiform {
 std::vector<NearestResult> Nearest::inBox(const Vector3d& lo_W, const Vector3d& hi_W) const {
   if (!lo_W.allFinite() || !hi_W.allFinite() || (lo_W.array() > hi_W.array()).any())
     throw UsageError("a box needs six finite coordinates, in um: the lowest corner, then the highest");
-  const Grid grid = impl_->store.grid();
+  const Grid grid = set_->store.grid();
   const auto snapped = [&](const Vector3d& p_W) {
     constexpr double kEdge = Grid::kMaxCoordinate_um;
     return grid.snap(p_W.cwiseMax(-kEdge).cwiseMin(kEdge));
@@ -24,9 +25,9 @@ std::vector<NearestResult> Nearest::inBox(const Vector3d& lo_W, const Vector3d& 
 
   std::vector<Candidate> found;
   std::uint32_t tiles_read = 0, tiles_searched = 0;
-  for (const auto& [tile_id, tile_box] : impl_->tilesMeeting(region)) {
+  for (const auto& [tile_id, tile_box] : set_->tilesMeeting(region)) {
     ++tiles_searched;
-    impl_->forEachIn(region, tile_id, tiles_read, [&](const Tile& tile, std::uint32_t s) {
+    set_->forEachIn(region, tile_id, tiles_read, [&](const Tile& tile, std::uint32_t s) {
       if (!segmentMeetsBox(tile.gridPoint(tile.child(s)), tile.gridPoint(tile.parent(s)), box)) return;
       const ClosestPoint c = closestPoint(tile.position_W(tile.child(s)), tile.position_W(tile.parent(s)), middle_W);
       found.push_back({c.squared_distance, tile.segmentId(s), c.t, c.p_W, tile.id()});

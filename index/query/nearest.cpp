@@ -4,7 +4,7 @@
 #include "index/geometry/closest_point.h"
 #include "index/geometry/partition.h"
 #include "index/query/curve_order.h"
-#include "index/query/internal/nearest_impl.h"
+#include "index/query/internal/searched_set.h"
 #include "index/workers.h"
 
 #include <algorithm>
@@ -28,34 +28,48 @@ void checkQuery(const Vector3d& h_W, const NearestQuery& query) {
   if (!(query.max_distance_um >= 0)) throw UsageError("the largest distance must be 0 um or more");
 }
 
-}  // namespace
-
-struct Nearest::Impl::Search {
+// One search for the nearest segments to a point.
+struct PointSearch {
+  internal::SearchedSet& set;
   Vector3d h_W;
   Candidates best;
   std::uint32_t tiles_read = 0, tiles_searched = 0;
   double absent2 = kInfinity;  // squared distance within which no absent tile lies
+
+  void searchAll();
+  void searchResident();
+
+ private:
+  void visit(TileId tile);
+  // The tile whose block contains the point, if its content does too. No tile can be nearer, so it must be searched in
+  // any case. Its result bounds the rest without the landmarks.
+  TileId home() const;
+  // True if the ball lies inside the tile's block: no other tile can then hold a result.
+  bool answersAlone(TileId tile, double squared_radius) const;
+  // The home and the tiles of its page of the directory that come next: from far away, a round of reads costs more than
+  // a few tiles. Other pages are not read for this.
+  std::vector<TileId> besideHome(TileId home) const;
 };
 
-void Nearest::Impl::visit(Search& s, TileId tile) const {
-  cache.get(tile, s.tiles_read)->engine->search(s.h_W, s.best);
-  ++s.tiles_searched;
+void PointSearch::visit(TileId tile) {
+  set.cache.get(tile, tiles_read)->engine->search(h_W, best);
+  ++tiles_searched;
 }
 
-TileId Nearest::Impl::homeOf(const Vector3d& h_W) const {
+TileId PointSearch::home() const {
   if (!(h_W.cwiseAbs().maxCoeff() < Grid::kMaxCoordinate_um)) return kNoTile;
-  const Grid grid = store.grid();
-  const TileId home = store.home(grid.snap(h_W));
-  if (home == kNoTile) return kNoTile;
-  const GridBox& content = store.entry(home).content;
+  const Grid grid = set.store.grid();
+  const TileId tile = set.store.home(grid.snap(h_W));
+  if (tile == kNoTile) return kNoTile;
+  const GridBox& content = set.store.entry(tile).content;
   const bool inside = (h_W.array() >= grid.toWorld(content.lo).array()).all() &&
                       (h_W.array() <= grid.toWorld(content.hi).array()).all();
-  return inside ? home : kNoTile;
+  return inside ? tile : kNoTile;
 }
 
-bool Nearest::Impl::answersAlone(TileId tile, const Vector3d& h_W, double squared_radius) const {
-  const Grid grid = store.grid();
-  const GridBox block = closedBlock(store.entry(tile).key);
+bool PointSearch::answersAlone(TileId tile, double squared_radius) const {
+  const Grid grid = set.store.grid();
+  const GridBox block = closedBlock(set.store.entry(tile).key);
   const Vector3d lo_W = grid.toWorld(block.lo), hi_W = grid.toWorld(block.hi);
   const double room = (h_W - lo_W).cwiseMin(hi_W - h_W).minCoeff();
   constexpr double kUlps = 16 * std::numeric_limits<double>::epsilon();
@@ -64,13 +78,13 @@ bool Nearest::Impl::answersAlone(TileId tile, const Vector3d& h_W, double square
   return room > radius + kUlps * (radius + size);
 }
 
-std::vector<TileId> Nearest::Impl::besideHome(TileId home, const Vector3d& h_W) const {
-  const Grid grid = store.grid();
-  const TileId first = home - home % store.page_tiles();
+std::vector<TileId> PointSearch::besideHome(TileId home) const {
+  const Grid grid = set.store.grid();
+  const TileId first = home - home % set.store.page_tiles();
   std::vector<TileFinder::Hit> near;
-  for (TileId t = first; t < std::min(store.tile_count(), first + store.page_tiles()); ++t) {
-    const GridBox& content = store.entry(t).content;
-    if (t == store.long_tile() || content.empty()) continue;
+  for (TileId t = first; t < std::min(set.store.tile_count(), first + set.store.page_tiles()); ++t) {
+    const GridBox& content = set.store.entry(t).content;
+    if (t == set.store.long_tile() || content.empty()) continue;
     const Vector3d off = (grid.toWorld(content.lo) - h_W).cwiseMax(h_W - grid.toWorld(content.hi)).cwiseMax(0.0);
     near.push_back({t, t == home ? -1 : off.squaredNorm()});
   }
@@ -81,49 +95,51 @@ std::vector<TileId> Nearest::Impl::besideHome(TileId home, const Vector3d& h_W) 
   return tiles;
 }
 
-void Nearest::Impl::searchAll(Search& s) const {
-  if (store.long_tile() != kNoTile) visit(s, store.long_tile());
-  TileId home = kNoTile;
-  if (store.tile_count() > TileFinder::kScanTiles && !finder.isOutside(s.h_W)) {
-    home = homeOf(s.h_W);
-    if (home != kNoTile) {
-      if (store.isRemote() && !cache.isHere(home)) cache.readAhead(besideHome(home, s.h_W));
-      visit(s, home);
-      if (answersAlone(home, s.h_W, s.best.bound2())) return;
+void PointSearch::searchAll() {
+  if (set.store.long_tile() != kNoTile) visit(set.store.long_tile());
+  TileId at_home = kNoTile;
+  if (set.store.tile_count() > TileFinder::kScanTiles && !set.finder.isOutside(h_W)) {
+    at_home = home();
+    if (at_home != kNoTile) {
+      if (set.store.isRemote() && !set.cache.isHere(at_home)) set.cache.readAhead(besideHome(at_home));
+      visit(at_home);
+      if (answersAlone(at_home, best.bound2())) return;
     }
   }
-  TileFinder::Walk walk = finder.walk(s.h_W);
-  while (const auto hit = walk.next(s.best.bound2()))
-    if (hit->tile != home) visit(s, hit->tile);
+  TileFinder::Walk walk = set.finder.walk(h_W);
+  while (const auto hit = walk.next(best.bound2()))
+    if (hit->tile != at_home) visit(hit->tile);
 }
 
-void Nearest::Impl::searchResident(Search& s) const {
-  const std::vector<TileId> resident = cache.resident();
+void PointSearch::searchResident() {
+  const std::vector<TileId> resident = set.cache.resident();
   const auto visit_resident = [&](TileId tile) {
     if (!std::binary_search(resident.begin(), resident.end(), tile)) return false;
-    const internal::TileCache::Lease loaded = cache.find(tile);
+    const internal::TileCache::Lease loaded = set.cache.find(tile);
     if (!loaded) return false;
-    loaded->engine->search(s.h_W, s.best);
-    ++s.tiles_searched;
+    loaded->engine->search(h_W, best);
+    ++tiles_searched;
     return true;
   };
-  const TileId long_tile = store.long_tile();
-  if (long_tile != kNoTile && !visit_resident(long_tile)) s.absent2 = 0;
-  TileFinder::Walk walk = finder.walk(s.h_W);
-  std::size_t left = resident.size() - (long_tile != kNoTile && s.absent2 > 0 ? 1 : 0);
+  const TileId long_tile = set.store.long_tile();
+  if (long_tile != kNoTile && !visit_resident(long_tile)) absent2 = 0;
+  TileFinder::Walk walk = set.finder.walk(h_W);
+  std::size_t left = resident.size() - (long_tile != kNoTile && absent2 > 0 ? 1 : 0);
   // After the last resident tile, one absent tile shows from which distance on results may be missing.
-  while (const auto hit = walk.next(s.best.bound2())) {
-    if (left == 0 && std::isfinite(s.absent2)) break;
+  while (const auto hit = walk.next(best.bound2())) {
+    if (left == 0 && std::isfinite(absent2)) break;
     if (visit_resident(hit->tile))
       --left;
     else
-      s.absent2 = std::min(s.absent2, hit->squared_distance);
+      absent2 = std::min(absent2, hit->squared_distance);
   }
 }
 
+}  // namespace
+
 Nearest::Nearest(const TileStore& store, const NearestOptions& options) {
   requireTileEngine(options.engine);
-  impl_ = std::make_unique<Impl>(store, options);
+  set_ = std::make_unique<internal::SearchedSet>(store, options.engine, options.budget_bytes);
 }
 Nearest::~Nearest() = default;
 
@@ -139,7 +155,7 @@ void Nearest::find(const Vector3d& h_W, const NearestQuery& query, std::vector<N
   if (query.k == 0) return;
 
   if (query.approximate) {
-    for (const LandmarkHint::Guess& g : impl_->hint.nearest(h_W, query.k)) {
+    for (const LandmarkHint::Guess& g : set_->hint.nearest(h_W, query.k)) {
       if (g.distance > query.max_distance_um) break;
       const auto rank = static_cast<std::uint32_t>(results.size());
       results.push_back({rank, g.distance, g.p_W, g.segment, g.t, kNoTile, false, 0, 0});
@@ -148,11 +164,11 @@ void Nearest::find(const Vector3d& h_W, const NearestQuery& query, std::vector<N
   }
 
   const double limit2 = std::nextafter(query.max_distance_um * query.max_distance_um, kInfinity);
-  Impl::Search search{h_W, Candidates(query.k, query.epsilon, limit2)};
+  PointSearch search{*set_, h_W, Candidates(query.k, query.epsilon, limit2)};
   if (query.resident_only)
-    impl_->searchResident(search);
+    search.searchResident();
   else
-    impl_->searchAll(search);
+    search.searchAll();
 
   for (const Candidate& c : search.best.sorted()) {
     const double distance = std::sqrt(c.squared_distance);
@@ -166,7 +182,7 @@ void Nearest::find(const Vector3d& h_W, const NearestQuery& query, std::vector<N
 void Nearest::forEach(std::span<const Vector3d> points, const NearestQuery& query, unsigned threads,
                       const std::function<void(std::size_t i, std::vector<NearestResult>&& results)>& visit) const {
   for (const Vector3d& h_W : points) checkQuery(h_W, query);
-  const std::vector<std::size_t> order = curveOrder(impl_->store.grid(), points);
+  const std::vector<std::size_t> order = curveOrder(set_->store.grid(), points);
 
   // Consecutive parts of the curve, so that threads need different tiles.
   const std::size_t parts = std::clamp<std::size_t>(order.size() / kLeastPerThread, 1, std::max(threads, 1u));
@@ -187,8 +203,8 @@ std::vector<std::vector<NearestResult>> Nearest::findAll(std::span<const Vector3
   return results;
 }
 
-double Nearest::covering_radius_um() const { return impl_->hint.covering_radius_um(); }
+double Nearest::covering_radius_um() const { return set_->hint.covering_radius_um(); }
 
-std::uint64_t Nearest::bytes() const { return impl_->cache.bytes(); }
+std::uint64_t Nearest::bytes() const { return set_->cache.bytes(); }
 
 }  // namespace filiform

@@ -27,6 +27,10 @@
 
 namespace filiform {
 
+namespace internal {
+struct SearchedSet;
+}
+
 // How a Nearest searches.
 struct NearestOptions {
   std::string engine = "packed";           // search engine inside a tile; see makeTileEngine()
@@ -122,8 +126,7 @@ class Nearest {
   std::uint64_t bytes() const;
 
  private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  std::unique_ptr<internal::SearchedSet> set_;
 };
 
 }  // namespace filiform

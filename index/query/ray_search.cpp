@@ -1,7 +1,8 @@
 // Nearest::alongRay().
 #include "index/errors.h"
 #include "index/geometry/closest_point.h"
-#include "index/query/internal/nearest_impl.h"
+#include "index/query/internal/searched_set.h"
+#include "index/query/nearest.h"
 
 #include <algorithm>
 #include <cmath>
@@ -65,8 +66,8 @@ std::vector<RayHit> Nearest::alongRay(const RayQuery& ray) const {
   const RayRegion region(ray, ray.direction / length);
 
   std::vector<std::pair<double, TileId>> order;  // by the distance along the ray of a first possible hit
-  for (const auto& [tile, box] : impl_->tilesMeeting(region))
-    order.emplace_back(tile == impl_->store.long_tile() ? 0.0 : region.entry(box), tile);
+  for (const auto& [tile, box] : set_->tilesMeeting(region))
+    order.emplace_back(tile == set_->store.long_tile() ? 0.0 : region.entry(box), tile);
   std::sort(order.begin(), order.end());
 
   std::vector<RayHit> hits;
@@ -84,7 +85,7 @@ std::vector<RayHit> Nearest::alongRay(const RayQuery& ray) const {
   for (const auto& [entry, tile_id] : order) {
     if (hits.size() == ray.most && (hits.empty() || entry > hits.back().along_um)) break;
     ++tiles_searched;
-    impl_->forEachIn(region, tile_id, tiles_read, [&](const Tile& tile, std::uint32_t s) {
+    set_->forEachIn(region, tile_id, tiles_read, [&](const Tile& tile, std::uint32_t s) {
       const ClosestApproach c = closestApproach(tile.position_W(tile.child(s)), tile.position_W(tile.parent(s)),
                                                 region.origin_W, region.direction);
       const double distance = std::sqrt(c.squared_distance);

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "index/errors.h"
-#include "index/query/nearest.h"
+#include "index/set/tile_store.h"
 #include "index/tile/tile_engine.h"
 #include "index/workers.h"
 
@@ -15,6 +15,7 @@
 #include <memory>
 #include <mutex>
 #include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -34,8 +35,12 @@ class TileCache {
   };
 
  public:
-  TileCache(const TileStore& store, const NearestOptions& options)
-      : store_(store), options_(options), pages_(store.tile_count() / kPageSlots + 1) {}
+  // `engine`: see makeTileEngine().
+  TileCache(const TileStore& store, std::string engine, std::uint64_t budget_bytes)
+      : store_(store),
+        engine_(std::move(engine)),
+        budget_bytes_(budget_bytes),
+        pages_(store.tile_count() / kPageSlots + 1) {}
   ~TileCache() {
     for (const TileId tile : order_) delete slotOf(tile)->tile.load();
     for (const std::atomic<Page*>& page : pages_) delete page.load();
@@ -81,7 +86,7 @@ class TileCache {
     read->tile = takeAhead(tile);
     if (read->tile == nullptr) read->tile = store_.load(tile);
     ++reads;
-    read->engine = makeTileEngine(options_.engine, read->tile);
+    read->engine = makeTileEngine(engine_, read->tile);
     read->bytes = read->tile->bytes() + read->engine->bytes();
     const std::lock_guard lock(mutex_);
     Slot& slot = madeSlot(tile);
@@ -172,7 +177,7 @@ class TileCache {
 
   // The oldest go first; those used since the last time get a second turn. Amortised O(1).
   void trim() {
-    for (std::size_t turns = 2 * order_.size(); bytes_ > options_.budget_bytes && turns > 0; --turns) {
+    for (std::size_t turns = 2 * order_.size(); bytes_ > budget_bytes_ && turns > 0; --turns) {
       const TileId oldest = order_.front();
       order_.pop_front();
       if (oldest == store_.long_tile() || slotOf(oldest)->used.exchange(false))
@@ -189,7 +194,8 @@ class TileCache {
   }
 
   const TileStore& store_;
-  const NearestOptions options_;
+  const std::string engine_;
+  const std::uint64_t budget_bytes_;
   std::vector<std::atomic<Page*>> pages_;
   mutable std::mutex mutex_;
   std::deque<TileId> order_;                                                  // the oldest first

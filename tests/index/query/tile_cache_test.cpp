@@ -22,14 +22,14 @@ class SearchTiles : public ::testing::Test {
   std::uint32_t reads_ = 0;
 
   std::uint64_t bytesOf(std::initializer_list<TileId> tiles) {
-    TileCache all(store_, {.budget_bytes = UINT64_MAX});
+    TileCache all(store_, "packed", UINT64_MAX);
     for (const TileId tile : tiles) all.get(tile, reads_);
     return all.bytes();
   }
 };
 
 TEST_F(SearchTiles, TileIsReadOnce) {
-  TileCache cache(store_, {});
+  TileCache cache(store_, "packed", UINT64_MAX);
   EXPECT_FALSE(cache.find(3));
   EXPECT_EQ(cache.get(3, reads_)->tile->id(), 3u);
   EXPECT_EQ(cache.get(3, reads_)->tile->id(), 3u);
@@ -39,7 +39,7 @@ TEST_F(SearchTiles, TileIsReadOnce) {
 }
 
 TEST_F(SearchTiles, LeasedTileOutlivesItsEviction) {
-  TileCache cache(store_, {.budget_bytes = 0});
+  TileCache cache(store_, "packed", 0);
   {
     const TileCache::Lease lease = cache.get(1, reads_);
     EXPECT_FALSE(cache.find(1));
@@ -55,7 +55,7 @@ TEST_F(SearchTiles, LeasedTileOutlivesItsEviction) {
 
 TEST_F(SearchTiles, UsedTileStaysAndTheOldestOthersGo) {
   const std::uint64_t room = bytesOf({1, 2, 3, 4});
-  TileCache cache(store_, {.budget_bytes = room});
+  TileCache cache(store_, "packed", room);
   for (const TileId tile : {1, 2, 3, 4}) cache.get(tile, reads_);
   EXPECT_TRUE(cache.find(1));
   for (TileId tile = 5; cache.isHere(2); ++tile) cache.get(tile, reads_);
@@ -63,7 +63,7 @@ TEST_F(SearchTiles, UsedTileStaysAndTheOldestOthersGo) {
 }
 
 TEST_F(SearchTiles, ThreadsThatEvictEachOthersTilesSeeTheRightOnes) {
-  TileCache cache(store_, {.budget_bytes = bytesOf({1, 2})});
+  TileCache cache(store_, "packed", bytesOf({1, 2}));
   std::atomic<int> wrong{0};
   std::vector<std::thread> threads;
   for (unsigned t = 0; t < 4; ++t)
