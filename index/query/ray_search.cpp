@@ -12,7 +12,7 @@
 namespace filiform {
 namespace {
 
-constexpr double kNever = std::numeric_limits<double>::infinity();
+constexpr double kMisses = std::numeric_limits<double>::infinity();
 
 // The boxes in which a hit may lie. A hit's closest approach lies in its segment's box, at most radius + slope * along
 // from the ray. `along` is at most the box's farthest reach. So the ray meets the box enlarged by that distance.
@@ -23,7 +23,7 @@ struct RayRegion final : Region {
   RayRegion(const RayQuery& ray, const Vector3d& unit)
       : origin_W(ray.origin_W), direction(unit), radius_um(ray.radius_um), slope(ray.slope), length_um(ray.length_um) {}
 
-  bool mayMeet(const WorldBox& box) const noexcept override { return entry(box) < kNever; }
+  bool mayMeet(const WorldBox& box) const noexcept override { return entry(box) < kMisses; }
 
   // The smallest distance along the ray at which a hit in the box may come, or infinity.
   double entry(const WorldBox& box) const noexcept {
@@ -33,11 +33,11 @@ struct RayRegion final : Region {
     const double rounding = 64 * std::numeric_limits<double>::epsilon() * size;
     const double last = centre + reach + rounding;
     const double grown = radius_um + slope * std::max(last, 0.0) + rounding;
-    double from = 0, to = kNever;
+    double from = 0, to = kMisses;
     for (int axis = 0; axis < 3; ++axis) {
       const double lo = middle[axis] - half[axis] - grown, hi = middle[axis] + half[axis] + grown;
       if (direction[axis] == 0.0) {
-        if (lo > 0 || hi < 0) return kNever;
+        if (lo > 0 || hi < 0) return kMisses;
         continue;
       }
       const double a = lo / direction[axis], b = hi / direction[axis];
@@ -45,10 +45,10 @@ struct RayRegion final : Region {
       from = std::max(from, std::min(a, b) - slack);
       to = std::min(to, std::max(a, b) + slack);
     }
-    if (from > to) return kNever;
+    if (from > to) return kMisses;
     // The closest approach lies in the box itself.
     const double first = std::max(0.0, centre - reach - rounding);
-    return first <= length_um ? first : kNever;
+    return first <= length_um ? first : kMisses;
   }
 };
 
