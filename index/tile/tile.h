@@ -97,6 +97,14 @@ class Tile {
   Incident incident(std::uint32_t node) const;
   std::optional<std::uint32_t> findNode(NodeId id) const noexcept;  // O(log n)
 
+  // True: exactly two segments of the tile meet at the node. They lead to node - 1 and node + 1, and the segment at
+  // node + 1 has the index after that at node - 1. False at branches, tips and strays, and at the first node of a
+  // strip.
+  bool isBetween(std::uint32_t node) const {
+    const NodeBlock& block = nodes_[node / 32];
+    return (block.prev & block.next & ~block.strips) >> (node % 32) & 1;
+  }
+
   // Segments, in the order of their ids. Requires segment < segment_count(). All functions O(1) except findSegment().
   SegmentId segmentId(std::uint32_t segment) const {
     const Fragment& f = fragments_[fragmentOf(segment)];

@@ -15,7 +15,8 @@ namespace {
 
 using internal::WorkingGraph;
 
-constexpr double kForget_s = 0.2;  // time in which patience falls to zero when the hand stops pulling
+constexpr double kForget_s = 0.2;           // time in which patience falls to zero when the hand stops pulling
+constexpr std::uint32_t kPassedInUnit = 8;  // segments that follow() passes in the time of one other test
 
 class BoundedClimb final : public ProxySolver {
  public:
@@ -59,7 +60,8 @@ class BoundedClimb final : public ProxySolver {
 
   void wait(const ProbeState& probe, double distance_um) noexcept;
   void search(const ProbeState& probe, SolverStep& step) noexcept;
-  void offer(std::uint32_t n, double cost) noexcept;
+  void offer(std::uint32_t n, double cost, std::uint32_t by_rank) noexcept;
+  void follow(const Vector3d& h_W, std::uint32_t n, WorkingGraph::Edge& edge, double cost, SolverStep& step) noexcept;
   bool expand(const Vector3d& h_W, std::uint32_t n, SolverStep& step) noexcept;
   void settle() noexcept;
 
@@ -78,6 +80,7 @@ class BoundedClimb final : public ProxySolver {
   // Of the current search only.
   internal::OfferHeap offers_;
   double budget_um_ = 0;
+  std::uint32_t passed_ = 0;  // by follow()
   Best best_;
 };
 
@@ -129,11 +132,13 @@ void BoundedClimb::search(const ProbeState& probe, SolverStep& step) noexcept {
 
   graph_.newSearch();
   offers_.clear();
+  passed_ = 0;
   const double length = std::sqrt(active_.length2);
   const double to_child = length * std::min(q.t, state_.place.t);
   const double to_parent = length * (1.0 - std::max(q.t, state_.place.t));
-  if (to_child <= budget_um_) offer(active_.meet(graph_, active_.child), to_child);
-  if (to_parent <= budget_um_) offer(active_.meet(graph_, active_.parent), to_parent);
+  const std::uint32_t rank = active_.id.segment;
+  if (to_child <= budget_um_) offer(active_.meet(graph_, active_.child), to_child, rank);
+  if (to_parent <= budget_um_) offer(active_.meet(graph_, active_.parent), to_parent, rank);
   while (!offers_.empty()) {
     const std::uint32_t n = offers_.pop().node;
     if (graph_.node(n).label.progress != WorkingGraph::Progress::met) continue;
@@ -144,17 +149,55 @@ void BoundedClimb::search(const ProbeState& probe, SolverStep& step) noexcept {
 }
 
 // At most one offer for each tested segment, and one for the other end of the first segment: they fit the heap.
-void BoundedClimb::offer(std::uint32_t n, double cost) noexcept {
+// `by_rank`: the segment by which the search came.
+void BoundedClimb::offer(std::uint32_t n, double cost, std::uint32_t by_rank) noexcept {
   const bool is_new = !graph_.isLabelled(n);
   WorkingGraph::Label& label = graph_.label(n);
   if (!is_new && !(cost < label.cost)) return;
   label.cost = cost;
+  label.passed = by_rank;
+  label.has_passed = true;
   graph_.prefetch(n);
   offers_.push({cost, graph_.node(n).id.key(), n});
 }
 
-// Tests the segments at a node and offers their other ends. Returns false at the cap. Labels on nodes are enough: a
-// segment has been tested exactly if one of its ends was entered, or if it is the first one.
+// Goes on from the far end of a tested edge, at `cost`, as long as exactly two segments meet, and the next segment
+// holds no better point. Offers the node where this ends, unless the budget ends before. The nodes between need no
+// labels: in a cell with loops, their segments may be tested again, and then hold no better point either.
+void BoundedClimb::follow(const Vector3d& h_W, std::uint32_t n, WorkingGraph::Edge& edge, double cost,
+                          SolverStep& step) noexcept {
+  const WorkingGraph::Node& node = graph_.node(n);
+  const Tile& tile = *node.tile;
+  const std::uint32_t by = edge.from_child ? UINT32_MAX : 1;  // modulo 2^32
+  std::uint32_t at = edge.far, passed = 0;
+  Vector3d p_W = edge.far_W;
+  bool at_home = tile.isHome(at);
+  while (at_home && tile.isBetween(at) && edge.rank + by * (passed + 1) != active_.id.segment &&
+         step.visited < max_visited_) {
+    const Vector3d next_W = tile.position_W(at + by), d_W = edge.from_child ? next_W - p_W : p_W - next_W;
+    const double length2 = d_W.squaredNorm();
+    const ClosestPoint w =
+        edge.from_child ? closestPoint(p_W, next_W, d_W, length2, h_W) : closestPoint(next_W, p_W, d_W, length2, h_W);
+    if (w.squared_distance < best_.yields_below) break;
+    if (w.t == edge.nearT())
+      cost += std::sqrt(length2);
+    else if (w.t != edge.farT())
+      cost += (next_W - w.p_W).norm();
+    step.visited += ++passed_ % kPassedInUnit == 0;
+    if (!(cost <= budget_um_)) return;
+    ++passed;
+    at += by;
+    p_W = next_W;
+    at_home = tile.isHome(at);
+  }
+  const std::uint32_t rank = edge.rank + by * passed;
+  if (passed == 0) return offer(graph_.meetFar(n, edge), cost, rank);
+  const NodeId id{node.id.cell, edge.far_rank + by * passed};
+  offer(graph_.meet({id, p_W, at_home ? node.home : kNoTile, at_home ? at : WorkingGraph::kNone}), cost, rank);
+}
+
+// Tests the segments at a node and follows them. Returns false at the cap. Labels on nodes are enough: a segment has
+// been tested exactly if one of its ends was entered, if the search came by it, or if it is the first one.
 bool BoundedClimb::expand(const Vector3d& h_W, std::uint32_t n, SolverStep& step) noexcept {
   const WorkingGraph::Presence presence = graph_.open(n);
   const WorkingGraph::Node& node = graph_.node(n);
@@ -167,13 +210,13 @@ bool BoundedClimb::expand(const Vector3d& h_W, std::uint32_t n, SolverStep& step
   graph_.label(n).progress = WorkingGraph::Progress::entered;
   step.touched.add(node.home);
   const double cost = node.label.cost;
+  const std::uint32_t by_rank = node.label.passed;
   std::uint32_t at = node.id == state_.cut_node && state_.cut_next < node.degree ? state_.cut_next : 0;
   for (std::uint32_t i = 0; i < node.degree; ++i, at = at + 1 == node.degree ? 0 : at + 1) {
     WorkingGraph::Edge& edge = graph_.edge(n, at);
-    if (edge.rank == active_.id.segment) continue;  // a search never leaves its cell
+    if (edge.rank == by_rank || edge.rank == active_.id.segment) continue;  // a search never leaves its cell
     const std::uint32_t far = graph_.findFar(n, edge);
-    const bool is_loop = far == n;
-    if (!is_loop && far != WorkingGraph::kNone && graph_.isLabelled(far) &&
+    if (far != WorkingGraph::kNone && far != n && graph_.isLabelled(far) &&
         graph_.node(far).label.progress == WorkingGraph::Progress::entered)
       continue;
     if (step.visited == max_visited_) {
@@ -186,7 +229,7 @@ bool BoundedClimb::expand(const Vector3d& h_W, std::uint32_t n, SolverStep& step
     const ClosestPoint w = edge.closestTo(node.p_W, h_W);
     if (w.squared_distance < best_.yields_below) best_ = {true, n, at, w.t, w.p_W, yieldsBelow(w.squared_distance)};
     const double rise = w.t == edge.nearT() ? edge.length : w.t == edge.farT() ? 0.0 : (edge.far_W - w.p_W).norm();
-    if (cost + rise <= budget_um_) offer(graph_.meetFar(n, edge), cost + rise);
+    if (cost + rise <= budget_um_) follow(h_W, n, edge, cost + rise, step);
   }
   return true;
 }

@@ -15,15 +15,23 @@
 //     r = min(most, rest + gain |best - h| + m), constant during the tick
 //     offer S's ends; on S, only the part that rises between p, q and the end costs
 //     pop the node n of lowest cost (ties: lower id); for each segment S' at n, in the order of ids, not tested yet:
-//       tested == max_visited: capped; the best so far is the answer
+//       work == max_visited: capped; the best so far is the answer
 //       w = closest point of S' to h;  if w is nearer than best by more than eps: best = w
-//       offer the other end o at cost(n) + |o - w|: the distance falls from n to w and rises from w to o
+//       c = cost(n) + |o - w| at the other end o: the distance falls from n to w and rises from w to o
+//       follow: while exactly two segments meet at o, c <= r, and the next segment holds no better point: add its
+//       climb to c, and go on to its other end
+//       offer o at c
 //     eps = max(1e-9 um, 1e-12 of the distance): a smaller improvement is rounding
 //
 // Choice of parameters: two branches leave a fork at an angle a, and the proxy is at a distance x past the fork on the
 // wrong branch. To leave, it must climb x, with a pull of at most a x. It leaves at once if x <= rest / (1 - gain a),
 // and needs patience beyond. Nearly parallel branches (a < 0.3), and hands whose aim is wrong by more than a x, need
 // `rest` and patience. Wide forks need neither.
+//
+// *Work* is the number of tested segments, where eight segments that were followed count as one: to follow a segment
+// takes no label, no place in the queue and no search for its node. So the reach of a tick depends little on how finely
+// a cell was sampled. Following changes no answer: it passes only segments that cannot hold the best point, and in a
+// run, costs are summed in the same order.
 //
 // A segment of length zero costs nothing and is passed. If max_visited cuts the list of a node's branches, the next
 // tick that reaches this node continues with the branch that was cut, and wraps around. So every branch of a hub is
@@ -35,8 +43,9 @@
 // 2. p stays on the neurites. The path from the old p to the new p rises by at most r in all.
 // 3. With rest = gain = patience = 0 and below the cap, the search reaches every point that the basic solver
 //    (descent.h) can reach, and takes the best of them to within eps.
-// 4. Tested segments <= max_visited; offered nodes <= tested + 1; repeated looks at tested segments <= 2 tested.
-// 5. The result depends on ids, not on tiling, memory or the tiles that happen to be in memory. A node whose home is
+// 4. Work <= max_visited; offered nodes <= work + 1; repeated looks at tested segments <= 2 work.
+// 5. Below the cap, the result depends on ids, not on tiling. It never depends on memory or on other tiles in memory: a
+//    run is followed only within a tile, so the cap is reached a little earlier with small tiles. A node whose home is
 //    absent offers nothing and is reported; the first reported tile is always needed. Repeating undo(), load and the
 //    same tick until no tile is absent gives the answer of the whole graph, bit for bit.
 // 6. undo() restores place, patience and the position in the cut list, bit for bit.
@@ -52,7 +61,8 @@
 
 namespace filiform {
 
-// Requires checked parameters, as makeProxySolver() does. About 60 KB at the default cap; grows with the cap.
+// Requires checked parameters, as makeProxySolver() does. About 0.3 MB at the default cap, beside the pool; grows with
+// the cap.
 std::unique_ptr<ProxySolver> makeBoundedClimb(const SolverParameters& parameters);
 
 }  // namespace filiform

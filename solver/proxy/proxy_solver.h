@@ -34,8 +34,8 @@ struct ClimbParameters {
 };
 
 struct SolverParameters {
-  std::uint32_t max_visited = 256;  // segments a tick; basic and force-based continue in the next tick
-  std::uint32_t pool_nodes = 4096;  // decoded nodes that are kept, 0.4 KB each; changes speed and memory, no result
+  std::uint32_t max_visited = 2048;  // segments a tick; basic and force-based continue in the next tick
+  std::uint32_t pool_nodes = 4096;   // decoded nodes that are kept, 0.4 KB each; changes speed and memory, no result
   // Force-based only, both variants: r = min(r_max, G |q-h| + r_min), um in frame W (the paper, 3.3).
   double gain = 1.0;
   double r_min_um = 0.0;
@@ -71,7 +71,7 @@ struct TileList {
 };
 
 struct SolverStep {
-  std::uint32_t visited = 0;    // segments tested
+  std::uint32_t visited = 0;    // segments tested; climb counts eight segments in a row as one, see bounded_climb.h
   bool capped = false;          // stopped at max_visited or at a full table: the place is the best so far
   std::uint32_t frontiers = 0;  // nodes whose home tile was absent
   TileList touched;             // tiles that were read

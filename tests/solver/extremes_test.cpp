@@ -190,7 +190,7 @@ TEST(Extremes, RunsAtTheSmallestBudget) {
       options.seconds = 0.3;
       const RunSummary summary = run(*extreme.store, options, [](const TickRow& row) {
         ASSERT_TRUE(row.force_N.allFinite());
-        ASSERT_LE(row.visited, 256u);
+        ASSERT_LE(row.visited, SolverParameters{}.max_visited);
       });
       EXPECT_LE(summary.peak_bytes, *options.budget_bytes);
       EXPECT_EQ(summary.ticks, 300u);

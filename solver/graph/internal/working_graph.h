@@ -54,7 +54,9 @@ class WorkingGraph {
   struct Label {
     std::uint64_t search = 0;  // number of the search; another number: not met in the current search
     double cost = 0;           // bounded climb: uphill arc length to the node, um
-    std::uint32_t passed = 0;  // descent, if has_passed: edges of this rank and below are done
+    // If has_passed. Descent: edges of this rank and below are done. Bounded climb: rank of the segment by which the
+    // search came.
+    std::uint32_t passed = 0;
     bool has_passed = false;
     Progress progress = Progress::met;
   };

@@ -59,6 +59,17 @@ TEST(Tile, SegmentsMayBeNamedOtherwiseThanTheirChildren) {  // graphs
   EXPECT_EQ(tile.gridPoint(tile.parent(2)), p2);
 }
 
+TEST(Tile, NodesInsideANeuriteLieBetweenTheirNeighbours) {
+  std::vector<StoredSegment> segments;
+  for (std::uint32_t i = 1; i < 100; ++i)
+    segments.push_back(segment(0, i, i == 60 ? 30 : i - 1, GridPoint(i, 0, 0), GridPoint(i == 60 ? 30 : i - 1, 0, 0)));
+  const Tile tile(0, kWorld, false, Grid(), segments);
+  for (std::uint32_t i = 0; i < 100; ++i) {
+    const bool is_tip_or_fork = i == 0 || i == 30 || i == 59 || i == 99, begins_strip = i == 60;
+    EXPECT_EQ(tile.isBetween(*tile.findNode({0, i})), !is_tip_or_fork && !begins_strip) << i;
+  }
+}
+
 TEST(Tile, WideTilesKeepExactPositions) {
   const std::int64_t far = std::int64_t{1} << 40;
   const GridPoint a(-far, far, 7), b(far, -far, 8);
@@ -139,6 +150,14 @@ void expectHolds(const Tile& tile, std::vector<StoredSegment> segments) {
     EXPECT_EQ(visited.size(), node.second.size() <= 2 ? node.second.size() : 0);
     for (const NodeId other : {NodeId{id.cell, id.sample + 1}, NodeId{id.cell + 1, id.sample}})
       EXPECT_EQ(tile.findNode(other).has_value(), nodes.contains(other));
+    if (!tile.isBetween(*found)) continue;
+    ASSERT_EQ(incident.size(), 2u);
+    const Tile::Link to_parent = tile.link(incident[0]), to_child = tile.link(incident[1]);
+    EXPECT_EQ((std::pair{to_parent.child, to_parent.parent}), (std::pair{*found, *found - 1}));
+    EXPECT_EQ((std::pair{to_child.child, to_child.parent}), (std::pair{*found + 1, *found}));
+    EXPECT_EQ(to_child.id.segment, to_parent.id.segment + 1);
+    EXPECT_EQ(to_child.child_id.sample, id.sample + 1);
+    EXPECT_EQ(to_parent.parent_id.sample, id.sample - 1);
   }
   std::vector<int> met(segments.size(), 0);
   for (const SegmentRun run : tile.runs())

@@ -67,7 +67,8 @@ WalkedMethod walkedClimb(std::uint64_t& climbed) {
           [of, &climbed](std::uint64_t variant, const WholeGraph& whole) {
             return std::make_unique<WatchedClimbOracle>(whole, of(variant), climbed);
           },
-          [](const WholeGraph& whole, std::mt19937_64& random) { return probesFor(whole, random, 40, 20); }, 20000};
+          [](const WholeGraph& whole, std::mt19937_64& random) { return probesFor(whole, random, 40, 20); }, 20000,
+          false};
 }
 
 TEST(BoundedClimb, EqualsTheLiteralOracleInEveryTiling) {

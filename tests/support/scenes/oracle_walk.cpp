@@ -11,12 +11,13 @@ namespace filiform::test {
 namespace {
 
 // Runs the same tick on both.
-void tickBeside(ProxySolver& solver, const GraphView& view, const Oracle& oracle, std::uint32_t visited,
-                const ProbeState& probe) {
+void tickBeside(const WalkedMethod& method, ProxySolver& solver, const GraphView& view, const Oracle& oracle,
+                std::uint32_t visited, const ProbeState& probe) {
   SolverStep step;
   watchedTick(solver, view, probe, step);
   ASSERT_TRUE(samePlace(solver.place(), oracle.place()));
-  ASSERT_EQ(step.visited, visited);
+  ASSERT_LE(step.visited, visited);
+  ASSERT_TRUE(!method.counts_everything || step.visited == visited);
   ASSERT_FALSE(step.capped);
   ASSERT_EQ(step.frontiers, 0u);
   ASSERT_EQ(step.absent.count, 0u);
@@ -78,7 +79,7 @@ void walkInEveryTiling(const WalkedMethod& method, std::uint64_t seeds, Walked& 
       const std::uint32_t visited = advance(*oracle, probe, walked);
       for (std::size_t i = 0; i < solvers.size(); ++i) {
         SCOPED_TRACE(testing::Message() << "tiles of " << kCapacities[i]);
-        tickBeside(*solvers[i], viewOf(*tilings[i], graph), *oracle, visited, probe);
+        tickBeside(method, *solvers[i], viewOf(*tilings[i], graph), *oracle, visited, probe);
         if (testing::Test::HasFatalFailure()) return;
       }
     }
@@ -110,7 +111,7 @@ void walkOnTilesOfTheProduct(const WalkedMethod& method, Walked& walked) {
           oracle->setPlace(solver->place());
         }
         const ProbeState probe{probes[i], 1e-3, scales_um_m[i % 4]};
-        tickBeside(*solver, view, *oracle, advance(*oracle, probe, walked), probe);
+        tickBeside(method, *solver, view, *oracle, advance(*oracle, probe, walked), probe);
         if (testing::Test::HasFatalFailure()) return;
       }
     }
