@@ -1,0 +1,25 @@
+// Measures the cells of a tile set.
+#pragma once
+
+#include "index/measure/cell_measures.h"
+#include "index/set/tile_store.h"
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+namespace filiform {
+
+struct SetMeasureOptions {
+  MeasureOptions measures;
+  unsigned threads = 1;
+  std::function<void()> check{};  // called before each group of cells; its exceptions propagate
+};
+
+// Calls take(cell, measures) for each of `cells`, in this order, on the calling thread. The order of threads changes no
+// bit of the measures. Sets MeasuredPart::sample_id. Requires cells below cell_count(). Throws what readCell() and
+// measuresOf() throw. Thread rule: any thread may call it; it starts its own. O(samples), and reading the cells.
+void measureCells(const TileStore& store, const std::vector<std::uint32_t>& cells, const SetMeasureOptions& options,
+                  const std::function<void(std::uint32_t cell, const CellMeasures& measures)>& take);
+
+}  // namespace filiform
