@@ -42,6 +42,7 @@ std::vector<std::vector<std::string>> goodCommands() {
           {"pull", "nowhere", "-o", "new.fil"},
           {"info", "set.fil"},
           {"cells", "set.fil"},
+          {"measure", "set.fil"},
           {"verify", "set.fil"},
           {"nearest", "set.fil", "1", "2", "3"},
           {"path", "set.fil", "cell:1", "cell:2"},

@@ -50,6 +50,7 @@ const std::vector<CampaignCommand>& readers() {
       {"verify --deep", {"verify", "--deep", "SET"}},
       {"info", {"info", "SET", "--parameters"}},
       {"cells", {"cells", "SET"}},
+      {"measure", {"measure", "SET", "--features", "all", "--sholl", "10"}},
       {"nearest", {"nearest", "SET", "0", "700", "0", "--k", "3", "--budget", "64MiB"}},
       {"nearest --approximate", {"nearest", "SET", "0", "700", "0", "--approximate"}},
       {"nearest --box", {"nearest", "SET", "--box", "-50", "0", "-50", "50", "900", "50"}},

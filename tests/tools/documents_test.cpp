@@ -203,8 +203,9 @@ using ByCommand = std::map<std::string, std::string>;
 // The first field of --json, and the first column of --tsv.
 const ByCommand kFirstFields{
     {"check", "verdict"},    {"info", "cells"},      {"cells", "id"},     {"nearest", "query"}, {"path", "cell"},
+    {"measure", "id"},
     {"navigate", "outcome"}, {"devices", "devices"}, {"render", "width"}, {"bench", "format"},  {"replay", "set"}};
-const ByCommand kFirstColumns{{"check", "file"}, {"cells", "id"}, {"nearest", "query"}, {"path", "sample"}};
+const ByCommand kFirstColumns{{"check", "file"}, {"cells", "id"}, {"measure", "id"}, {"nearest", "query"}, {"path", "sample"}};
 // A part of the text output of each command.
 const ByCommand kTexts{{"synth", " segments, "},
                        {"check", " accepted, "},
@@ -214,6 +215,7 @@ const ByCommand kTexts{{"synth", " segments, "},
                        {"compact", " tiles, "},
                        {"info", "  segments   "},
                        {"cells", "length"},
+                       {"measure", " "},
                        {"verify", ": sound: "},
                        {"nearest", "query\trank"},
                        {"path", " um along the cell, "},

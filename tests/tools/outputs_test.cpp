@@ -142,6 +142,11 @@ std::vector<Option> outputOptions(const std::string& swc, const std::string& set
          return Arguments{"export", set, "--all", "-o", out};
        },
        false, ".zip"},
+      {"measure --npz",
+       [set](const std::string& out) {
+         return Arguments{"measure", set, "--npz", out};
+       },
+       false, ".npz"},
       {"path -o", [set](const std::string& out) { return Arguments{"path", set, "cell:1", "cell:60", "-o", out}; }},
       {"navigate -o", navigate("-o")},
       {"navigate --csv", navigate("--csv")},

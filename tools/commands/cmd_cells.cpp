@@ -1,27 +1,31 @@
 // filiform cells: lists the cells of a tile set.
 #include "index/attributes/cell_attributes.h"
-#include "index/attributes/cell_filter.h"
 #include "index/cell/glob.h"
 #include "index/measure/cell_lengths.h"
 #include "index/query/cell_graph.h"
 #include "index/set/tile_set.h"
 #include "index/text.h"
 #include "tools/commands/commands.h"
+#include "tools/commands/shared/cell_conditions.h"
 #include "tools/commands/shared/remote_arguments.h"
 #include "tools/program/interruption.h"
 #include "tools/program/progress.h"
 #include "tools/program/progress_option.h"
 #include "tools/words/answer.h"
 #include "tools/words/cell_json.h"
+#include "tools/words/near_names.h"
 #include "tools/words/numbers.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <iostream>
+#include <map>
 #include <memory>
+#include <numeric>
 #include <optional>
 #include <utility>
+#include <variant>
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
@@ -32,28 +36,84 @@ namespace {
 
 struct CellsArguments {
   std::shared_ptr<const RemoteArguments> remote;
-  std::string set, name = "*";
+  std::string set, name = "*", sort;
   std::vector<std::string> where;
-  bool json = false, tsv = false, length = false;
+  bool json = false, tsv = false, length = false, reverse = false;
 };
 
 // Without --length, lengths are measured only if they take at most this many tiles: a second or two.
 constexpr std::size_t kMostTilesUnasked = 4096;
 constexpr const char* kWhereHelp =
     "list only cells whose attribute meets NAME=VALUE, NAME!=VALUE, NAME<NUMBER, <=, > or >=; VALUE may have * ? [ab]; "
-    "repeatable: all must hold";
+    "measure:FEATURE is a measure, such as measure:length>5000; repeatable: all must hold";
 // Rows between two looks at the progress and at interruptions.
 constexpr std::size_t kRowsBetween = 4096;
 
-std::vector<std::uint32_t> cellsOf(const TileSet& store, const CellAttributes& attributes, const CellsArguments& a) {
+std::vector<std::uint32_t> cellsOf(const TileSet& store, const CellAttributes& attributes,
+                                   const CellConditions& conditions, const CellsArguments& a) {
   const std::string& glob = a.name;
   std::vector<std::uint32_t> cells;
-  for (const std::uint32_t cell : CellFilter(a.where).select(store, attributes)) {
+  for (const std::uint32_t cell : conditions.select(store, attributes, 0)) {
     if (cell % kRowsBetween == 0) throwIfInterrupted();
     if (store.cell(cell).removed) continue;
     if (glob == "*" || matchesName(glob, store.cell(cell).name)) cells.push_back(cell);
   }
   return cells;
+}
+
+// A value to sort by: numbers before texts, and cells without a value last.
+using SortKey = std::pair<int, std::variant<double, std::string>>;
+
+SortKey keyOf(const AttributeValue& value) {
+  if (isMissing(value)) return {2, 0.0};
+  if (const auto number = numberOf(value)) return {0, *number};
+  return {1, std::get<std::string>(value)};
+}
+
+// Sorts by a column of the list, an attribute or a measure; equal values by id. Throws UsageError, with near names.
+void sortCells(const TileSet& set, const CellAttributes& attributes, const CellsArguments& a,
+               std::vector<std::uint32_t>& cells) {
+  using Count = std::uint64_t CellRecord::*;
+  static const std::map<std::string, Count> kCounts{{"samples", &CellRecord::samples},
+                                                    {"segments", &CellRecord::segments},
+                                                    {"isolated", &CellRecord::isolated},
+                                                    {"roots", &CellRecord::roots}};
+  std::vector<SortKey> keys;
+  const auto of_record = [&](const auto& key) {
+    for (const std::uint32_t cell : cells) keys.push_back(key(set.cell(cell)));
+  };
+  const auto count = kCounts.find(a.sort);
+  const auto attribute = attributes.find(a.sort);
+  if (a.sort == "id") {
+    for (const std::uint32_t cell : cells) keys.emplace_back(0, static_cast<double>(cell));
+  } else if (a.sort == "name") {
+    of_record([](const CellRecord& cell) { return SortKey(1, cell.name); });
+  } else if (count != kCounts.end()) {
+    of_record([&](const CellRecord& cell) { return SortKey(0, static_cast<double>(cell.*count->second)); });
+  } else if (a.sort.starts_with(kMeasurePrefix)) {
+    const Feature& feature = measureNamed(a.sort.substr(kMeasurePrefix.size()), "--sort");
+    for (const double value : measureValues(set, cells, {&feature}, 0)[0])
+      keys.push_back(std::isnan(value) ? SortKey(2, 0.0) : SortKey(0, value));
+  } else if (attribute) {
+    for (const std::uint32_t cell : cells) keys.push_back(keyOf(attributes.value(*attribute, cell)));
+  } else {
+    NearNames near(a.sort);
+    for (const auto& [name, member] : kCounts) near.offer(name);
+    for (const char* const name : {"id", "name", "measure:length"}) near.offer(name);
+    for (const CellAttributes::Column& column : attributes.columns()) near.offer(column.name);
+    throw UsageError("--sort " + inShort(a.sort) +
+                     ": give id, name, samples, segments, isolated, roots, measure:FEATURE or an attribute" +
+                     didYouMean(near.names()));
+  }
+  std::vector<std::size_t> order(cells.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t x, std::size_t y) {
+    if (keys[x].first == 2 || keys[y].first == 2) return keys[x].first < keys[y].first;
+    return a.reverse ? keys[y] < keys[x] : keys[x] < keys[y];
+  });
+  std::vector<std::uint32_t> sorted;
+  for (const std::size_t i : order) sorted.push_back(cells[i]);
+  cells = std::move(sorted);
 }
 
 struct CellRow {
@@ -127,10 +187,11 @@ void writeText(const TextRow& row, const std::string& source, const Widths& widt
 }
 
 int runCells(const CellsArguments& a) {
-  const CellFilter filter(a.where);  // refuses a wrong condition before the set is read
+  const CellConditions conditions(a.where);  // refuses a wrong condition before the set is read
   const auto set = TileSet::open(a.set, a.remote->options());
   const CellAttributes attributes(*set);
-  const std::vector<std::uint32_t> cells = cellsOf(*set, attributes, a);
+  std::vector<std::uint32_t> cells = cellsOf(*set, attributes, conditions, a);
+  if (!a.sort.empty()) sortCells(*set, attributes, a, cells);
   CellLengths lengths(*set, cells);
   const bool measured = a.length || lengths.tiles() <= kMostTilesUnasked;
   if (measured) {
@@ -198,6 +259,7 @@ void addCells(CLI::App& app, Chosen& chosen) {
   command->footer(
       "Examples:\n  filiform cells column.fil\n  filiform cells column.fil --name 'cell_0000*' --tsv\n"
       "  filiform cells circuit.fil --where 'layer>=5' --tsv\n"
+      "  filiform cells column.fil --where 'measure:tips>20' --sort measure:length --reverse\n"
       "Commands accept the name of a cell, or any part of its name or source that no other cell has.");
   command->add_option("SET", a->set, "tile set, or its address")->required();
   command
@@ -210,6 +272,10 @@ void addCells(CLI::App& app, Chosen& chosen) {
   command->add_flag(
       "--length", a->length,
       "measure the lengths of the cells even if that reads more than " + std::to_string(kMostTilesUnasked) + " tiles");
+  CLI::Option* const sort =
+      command->add_option("--sort", a->sort, "sort by id, name, samples, segments, measure:FEATURE or an attribute")
+          ->type_name("COLUMN");
+  command->add_flag("--reverse", a->reverse, "sort from the largest to the smallest value")->needs(sort);
   command->add_flag("--json", a->json, "write one JSON array; tools/README.md lists the fields");
   command->add_flag("--tsv", a->tsv, "write tab-separated rows")->excludes("--json");
   a->remote = addRemoteArguments(*command);

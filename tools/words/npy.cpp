@@ -134,8 +134,9 @@ std::vector<Vector3d> readNpyPoints(std::string_view bytes, std::size_t most) {
   return points;
 }
 
-std::string npyHeader(const std::string& type, std::size_t rows) {
-  std::string text = "{'descr': " + type + ", 'fortran_order': False, 'shape': (" + std::to_string(rows) + ",), }";
+std::string npyHeader(const std::string& type, std::size_t rows, std::optional<std::size_t> columns) {
+  std::string text = "{'descr': " + type + ", 'fortran_order': False, 'shape': (" + std::to_string(rows) + "," +
+                     (columns ? std::to_string(*columns) : "") + "), }";
   // The data begin at a multiple of 64.
   text.append(63 - (10 + text.size()) % 64, ' ');
   text += '\n';

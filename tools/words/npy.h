@@ -5,6 +5,7 @@
 
 #include <bit>
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -16,8 +17,9 @@ namespace filiform::tools {
 // points. Never reads past `bytes`, and allocates after the sizes agree. O(bytes).
 std::vector<Vector3d> readNpyPoints(std::string_view bytes, std::size_t most);
 
-// The header of an array of `rows` records. `type`: as Python writes it, such as "[('x', '<f8')]".
-std::string npyHeader(const std::string& type, std::size_t rows);
+// The header of an array of `rows` records, or of rows of `columns` values. `type`: as Python writes it, such as
+// "[('x', '<f8')]".
+std::string npyHeader(const std::string& type, std::size_t rows, std::optional<std::size_t> columns = {});
 // Appends one value of a record, little-endian.
 template <typename Value>
 void appendValue(std::string& bytes, Value value) {

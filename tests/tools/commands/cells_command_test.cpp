@@ -176,5 +176,31 @@ TEST_F(CellsCommand, InfoSaysAsMuchInJsonAsInText) {
   }
 }
 
+TEST_F(CellsCommand, SortAndConditionsOnMeasures) {
+  const auto names = [&](std::vector<std::string> words) {
+    words.insert(words.begin(), {"cells", set_, "--json"});
+    const Outcome outcome = runFiliform(words);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    std::vector<std::string> found;
+    for (const auto& cell : nlohmann::json::parse(outcome.out)) found.push_back(cell.at("name"));
+    return found;
+  };
+  // Without soma links: bent 5 um, the square 19 um, the others 0.
+  EXPECT_EQ(names({"--sort", "measure:length", "--reverse"}).at(0), "square");
+  EXPECT_EQ(names({"--sort", "samples"}).at(3), "square");
+  EXPECT_EQ(names({"--sort", "name", "--reverse"}), names({"--sort", "id", "--reverse"}));
+  EXPECT_EQ(names({"--where", "measure:length>5"}), std::vector<std::string>{"square"});
+  EXPECT_EQ(names({"--where", "measure:length>=5", "--where", "measure:loops=0"}), std::vector<std::string>{"bent"});
+  EXPECT_EQ(names({"--where", "measure:width="}).size(), 0u);
+  for (const auto& [words, part] : std::vector<std::pair<std::vector<std::string>, std::string>>{
+           {{"--where", "measure:lenght>5"}, "did you mean 'length'"},
+           {{"--sort", "sampels"}, "did you mean 'samples'"}}) {
+    const Outcome outcome = runFiliform({"cells", set_, words[0], words[1]});
+    EXPECT_EQ(outcome.exit_code, 2);
+    EXPECT_TRUE(outcome.oneLineOnStderr()) << outcome.err;
+    EXPECT_NE(outcome.err.find(part), std::string::npos) << outcome.err;
+  }
+}
+
 }  // namespace
 }  // namespace filiform

@@ -1,0 +1,119 @@
+// filiform measure as a process; compares its figures with known cells.
+#include "tests/support/process.h"
+#include "tests/support/temp_folder.h"
+
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace filiform {
+namespace {
+
+using test::Outcome;
+using test::runFiliform;
+
+class MeasureCommand : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    // An axon of 10 um with a fork into 3 and 4 um; a dendrite of 5 um; soma links of 2 and 1 um.
+    test::writeBytes(folder_ / "fork.swc",
+                     "1 1 0 0 0 1 -1\n2 2 2 0 0 1 1\n3 2 12 0 0 1 2\n4 2 12 3 0 1 3\n5 2 12 -4 0 1 3\n"
+                     "10 3 -1 0 0 1 1\n11 3 -6 0 0 1 10\n");
+    test::writeBytes(folder_ / "line.swc", "1 1 0 0 0 5 -1\n2 3 7 0 0 1 1\n3 3 7 8 0 1 2\n");
+    test::writeBytes(folder_ / "types.csv", "cell,kind\nfork,A\nline,B\n");
+    const Outcome made = runFiliform({"ingest", folder_ / "fork.swc", folder_ / "line.swc", "-o", set_, "--attributes",
+                                      folder_ / "types.csv", "--key", "cell", "--capacity", "2"});
+    ASSERT_EQ(made.exit_code, 0) << made.err;
+  }
+  nlohmann::json rowsOf(std::vector<std::string> words) {
+    words.insert(words.begin(), {"measure", set_, "--json"});
+    const Outcome outcome = runFiliform(words);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_EQ(outcome.err, "");
+    return nlohmann::json::parse(outcome.out);
+  }
+  test::TempFolder folder_;
+  std::string set_ = folder_ / "set.fil";
+};
+
+TEST_F(MeasureCommand, TsvHasARowForEachCell) {
+  const Outcome outcome = runFiliform({"measure", set_, "--tsv", "--features", "length,tips,local_angle_mean"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(outcome.out,
+            "id\tname\tlength_um\ttips\tlocal_angle_mean_rad\n0\tfork\t22\t3\t3.141592653589793\n1\tline\t8\t1\t-\n");
+}
+
+TEST_F(MeasureCommand, RowsForTypesNeuritesBranchesAndTheSet) {
+  const auto types = rowsOf({"fork", "--per", "type", "--features", "length"});
+  ASSERT_EQ(types.size(), 2u);
+  EXPECT_EQ(types[0], nlohmann::json::parse(R"({"id": 0, "name": "fork", "type": "axon", "length_um": 17.0})"));
+  const auto neurites = rowsOf({"--per", "neurite", "--type", "basal", "--features", "length"});
+  ASSERT_EQ(neurites.size(), 2u);
+  EXPECT_EQ(neurites[0],
+            nlohmann::json::parse(
+                R"({"id": 0, "name": "fork", "neurite": 1, "sample": 10, "type": "basal", "length_um": 5.0})"));
+  const auto branches = rowsOf({"FORK", "--per", "branch", "--type", "axon", "--features", "length"});
+  ASSERT_EQ(branches.size(), 3u);
+  EXPECT_EQ(branches[0].at("parent"), -1);
+  EXPECT_EQ(branches[2].at("parent"), 0);
+  EXPECT_EQ(branches[2].at("sample"), 5);
+  EXPECT_EQ(branches[2].at("length_um"), 4);
+  const auto set = rowsOf({"--per", "set", "--features", "length,tip_path_max,soma_radius", "--sholl", "2"});
+  ASSERT_EQ(set.size(), 1u);
+  EXPECT_EQ(set[0].at("cells"), 2);
+  EXPECT_EQ(set[0].at("length_um"), 30);
+  EXPECT_EQ(set[0].at("soma_radius_um"), nullptr);
+  EXPECT_EQ(set[0].at("sholl").at(1), 3);
+}
+
+TEST_F(MeasureCommand, AllFeaturesWithAnyThreadsGiveTheSameBytes) {
+  const auto with = [&](const char* threads) {
+    return runFiliform({"measure", set_, "--features", "all", "--tsv", "--sholl", "1.5", "--threads", threads}).out;
+  };
+  EXPECT_EQ(with("1"), with("2"));
+  EXPECT_EQ(with("1"), with("3"));
+  EXPECT_NE(with("1").find("soma_radius_um"), std::string::npos);
+}
+
+TEST_F(MeasureCommand, ConditionsChooseCells) {
+  EXPECT_EQ(rowsOf({"--where", "kind=B"}).at(0).at("name"), "line");
+  const Outcome none = runFiliform({"measure", set_, "--where", "kind=C", "--json"});
+  EXPECT_EQ(none.exit_code, 0);
+  EXPECT_EQ(none.out, "[]\n");
+  EXPECT_NE(none.err.find("the set has 2 cells"), std::string::npos) << none.err;
+}
+
+TEST_F(MeasureCommand, ArraysOfNumpy) {
+  const std::string out = folder_ / "m.npz";
+  const Outcome outcome = runFiliform({"measure", set_, "--npz", out, "--features", "length,tips", "--sholl", "2"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("2 rows of 6 arrays"), std::string::npos) << outcome.out;
+  const std::string bytes = test::readBytes(out);
+  for (const char* part : {"length_um.npy", "'<f8', 'fortran_order': False, 'shape': (2,)", "'<U4'", "(2,7)"})
+    EXPECT_NE(bytes.find(part), std::string::npos) << part;
+}
+
+TEST_F(MeasureCommand, MistakesAreOneLineWithNearNames) {
+  const auto expectLine = [&](std::vector<std::string> words, const std::string& part) {
+    words.insert(words.begin(), {"measure", set_});
+    const Outcome outcome = runFiliform(words);
+    EXPECT_EQ(outcome.exit_code, 2) << outcome.err;
+    EXPECT_TRUE(outcome.oneLineOnStderr()) << outcome.err;
+    EXPECT_NE(outcome.err.find(part), std::string::npos) << outcome.err;
+  };
+  expectLine({"--features", "lenght"}, "did you mean 'length'");
+  expectLine({"--type", "axno"}, "did you mean 'axon'");
+  expectLine({"--type", "soma"}, "a soma is no neurite");
+  expectLine({"--per", "nuerite"}, "did you mean 'neurite'");
+  expectLine({"--where", "knid=A"}, "kind");
+  expectLine({"--sholl", "0"}, "above 0");
+  expectLine({"--sholl", "nan"}, "--sholl");
+  expectLine({"--sholl", "1e-9"}, "larger step");
+  expectLine({"--sholl", "10", "--per", "branch"}, "leave one of them out");
+  expectLine({"nobody"}, "nobody");
+}
+
+}  // namespace
+}  // namespace filiform
