@@ -10,6 +10,7 @@ void addErrors(pybind11::module_& module);      // CorruptSet, and what other er
 void addSet(pybind11::module_& module);         // SetHandle: opening, totals, names of cells
 void addQueries(pybind11::module_& module);     // SetHandle: nearest, boxes, rays
 void addAttributes(pybind11::module_& module);  // SetHandle: columns of values of cells
+void addMeasures(pybind11::module_& module);    // SetHandle: morphometrics
 void addCell(pybind11::module_& module);
 void addLevels(pybind11::module_& module);
 void addNavigate(pybind11::module_& module);

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import errno
+import importlib.util
+import io
 import json
 import os
 from types import TracebackType
@@ -252,6 +254,56 @@ class Set:
             mask &= met
         return self.cells.where(np.flatnonzero(mask))
 
+    def measure(
+        self,
+        cells: Any = None,
+        *,
+        per: str = "cell",
+        features: Union[str, Sequence[str], None] = None,
+        type: Union[str, Sequence[str], None] = None,
+        sholl: float | None = None,
+        workers: int = -1,
+        frame: bool | None = None,
+    ) -> Any:
+        """Measure the shapes of cells: neurites, branches, tips, lengths, areas, volumes, angles, Sholl.
+
+        Parameters
+        ----------
+        cells : a name or Cell, or a sequence of them. Default: all cells.
+        per : one row for each ``"cell"``, ``"neurite"``, ``"branch"`` or ``"type"``, or one for the ``"set"``.
+        features : names with commas between, or a list; ``"all"``. Default: the most usual.
+            ``index/measure/MEASURES.md`` defines them; they are those of ``filiform measure``.
+        type : measure only neurites of these types: ``"axon"``, ``"basal"``, ``"apical"`` or codes of SWC.
+        sholl : um; count crossings with spheres about the soma, every so far from its surface on. Adds the tables
+            ``sholl`` and ``sholl_by_ends``, one row a cell, 0 beyond its last sphere.
+        workers : threads; -1 is one a processor. All numbers give the same values.
+        frame : True: a pandas DataFrame; False: a dict of arrays. Default: a DataFrame if pandas is installed.
+
+        The columns have units in their names, such as ``length_um``; nan where there is no value. Raises ValueError
+        for an unknown word, with near names, and KeyError for an unknown cell.
+        """
+        if cells is None:
+            chosen = [index for index, _ in self._handle.cells_named(b"")]
+        elif isinstance(cells, str) or not isinstance(cells, Iterable):
+            chosen = [self._index_of(cells)]
+        else:
+            chosen = [self._index_of(cell) for cell in cells]
+        if sholl is not None and not 0 < sholl < np.inf:
+            raise ValueError("sholl: must be a finite number above 0 um")
+        columns = {
+            title: np.load(io.BytesIO(npy))
+            for title, npy in _core.measures(
+                self._handle, chosen, per, _listed(features), _listed(type), sholl or 0.0, workers
+            )
+        }
+        if frame is None:
+            frame = importlib.util.find_spec("pandas") is not None
+        if not frame:
+            return columns
+        import pandas
+
+        return pandas.DataFrame({title: list(c) if c.ndim > 1 else c for title, c in columns.items()})
+
     # -- questions
 
     def nearest(
@@ -404,6 +456,10 @@ class Set:
     def render(self, **options: Any) -> Array:
         """`filiform.render` of this set."""
         return render(self, **options)
+
+
+def _listed(words: Union[str, Sequence[str], None]) -> str:
+    return "" if words is None else words if isinstance(words, str) else ",".join(map(str, words))
 
 
 class _Unopened(Set):

@@ -1,0 +1,49 @@
+// SetHandle in Python: measures of cells.
+#include "index/set/tile_set.h"
+#include "tools/python/internal/arguments.h"
+#include "tools/python/internal/bindings.h"
+#include "tools/python/internal/calls.h"
+#include "tools/python/internal/set_handle.h"
+#include "tools/words/measure_npy.h"
+#include "tools/words/measure_table.h"
+
+#include <pybind11/stl.h>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace filiform::python {
+
+namespace {
+
+// Titles and files .npy, by column.
+std::vector<std::pair<std::string, py::bytes>> measureArrays(SetHandle& handle, const std::vector<std::uint32_t>& cells,
+                                                             const std::string& per, const std::string& features,
+                                                             const std::string& types, double sholl_um,
+                                                             py::handle workers_value) {
+  tools::MeasureChoice choice;
+  choice.rows = tools::parseMeasureRows(per, "per");
+  choice.features = tools::parseFeatures(features.empty() ? tools::kUsualFeatures : features, "features");
+  if (!types.empty()) choice.types = tools::parseNeuriteTypes(types, "type");
+  choice.sholl_um = sholl_um;
+  const unsigned workers = workersArgument(workers_value);
+  const auto open = handle.get();
+  const tools::MeasureTable table(open->set(), std::move(choice));
+  tools::MeasureArrays arrays(table.columns());
+  {
+    const py::gil_scoped_release released;
+    SignalCheck check;
+    table.measure(
+        cells, workers, [&](std::size_t) { check(); }, [&](const tools::MeasureTable::Row& row) { arrays.add(row); });
+  }
+  std::vector<std::pair<std::string, py::bytes>> found;
+  for (std::size_t i = 0; i < table.columns().size(); ++i)
+    found.emplace_back(table.columns()[i].title, py::bytes(arrays.npy(i)));
+  return found;
+}
+
+}  // namespace
+
+void addMeasures(py::module_& module) { module.def("measures", &measureArrays); }
+
+}  // namespace filiform::python
