@@ -109,8 +109,9 @@ std::optional<Soma> somaOf(std::span<const SomaSample> samples, double slack_um)
   return soma;
 }
 
-CellSomata somataOf(std::span<const std::uint32_t> parents, std::span<const Vector3d> positions_um,
-                    std::span<const float> radii_um, std::span<const std::uint16_t> types, double slack_um) {
+CellSomata somataOf(std::span<const std::uint32_t> parents,
+                    const std::function<Vector3d(std::uint32_t rank)>& position_um, std::span<const float> radii_um,
+                    std::span<const std::uint16_t> types, double slack_um) {
   CellSomata found;
   std::vector<std::uint32_t> roots;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> links;  // parent, child: both of type 1
@@ -132,7 +133,7 @@ CellSomata somataOf(std::span<const std::uint32_t> parents, std::span<const Vect
   std::vector<SomaSample> samples;
   for (const std::uint32_t root : roots) {
     const auto sample = [&](std::uint32_t rank, std::uint32_t parent) {
-      return SomaSample{rank, parent, positions_um[rank], radii_um[rank], has_neurite[rank]};
+      return SomaSample{rank, parent, position_um(rank), radii_um[rank], has_neurite[rank]};
     };
     samples.assign(1, sample(root, 0));
     for (std::uint32_t at = 0; at < samples.size() && samples.size() <= kMostSomaSamples; ++at) {
@@ -149,7 +150,8 @@ CellSomata somataOf(std::span<const std::uint32_t> parents, std::span<const Vect
 
 CellSomata somataOf(const Cell& cell) {
   if (cell.isGraph()) return {};
-  return somataOf(cell.parents, cell.positions_um, cell.radii_um, cell.types);
+  return somataOf(
+      cell.parents, [&cell](std::uint32_t rank) { return cell.positions_um[rank]; }, cell.radii_um, cell.types);
 }
 
 }  // namespace filiform

@@ -8,6 +8,7 @@
 #include "index/cell/cell.h"
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <vector>
@@ -59,8 +60,10 @@ struct CellSomata {
 
 // The somata of a whole cell; empty for a cell with loops. O(samples).
 CellSomata somataOf(const Cell& cell);
-// Like somataOf(cell), from arrays of equal length by rank. `slack_um` as above.
-CellSomata somataOf(std::span<const std::uint32_t> parents, std::span<const Vector3d> positions_um,
-                    std::span<const float> radii_um, std::span<const std::uint16_t> types, double slack_um = 0);
+// Like somataOf(cell), from arrays of equal length by rank; calls position_um(rank) for soma samples alone. `slack_um`
+// as above.
+CellSomata somataOf(std::span<const std::uint32_t> parents,
+                    const std::function<Vector3d(std::uint32_t rank)>& position_um, std::span<const float> radii_um,
+                    std::span<const std::uint16_t> types, double slack_um = 0);
 
 }  // namespace filiform

@@ -107,6 +107,13 @@ std::string SkeletonShards::name(std::size_t shard) const {
   return text;
 }
 
+std::vector<std::size_t> SkeletonShards::order() const {
+  std::vector<std::size_t> order;
+  for (const Shard& shard : shards_)
+    for (const Member& member : shard.members) order.push_back(member.i);
+  return order;
+}
+
 std::string SkeletonShards::content(std::size_t shard,
                                     const std::function<std::string(std::size_t i)>& skeleton) const {
   // The index of a minishard, before it is compressed: all numbers, all places, all sizes. Numbers are written as

@@ -31,6 +31,8 @@ class SkeletonShards {
   // The shards that hold skeletons, in the order of their names.
   std::size_t count() const { return shards_.size(); }
   std::string name(std::size_t shard) const;
+  // Positions in the list, in the order in which content() of one shard after the other asks for them.
+  std::vector<std::size_t> order() const;
   // The content of a shard. Calls skeleton(i) once for each of its numbers, as their position in the list. Exceptions
   // propagate. Holds the whole shard in memory.
   std::string content(std::size_t shard, const std::function<std::string(std::size_t i)>& skeleton) const;

@@ -1,27 +1,18 @@
 #include "index/measure/cell_lengths.h"
 
+#include "index/query/segment_pass.h"
 #include "index/query/soma_finder.h"
 #include "index/set/tiles_ahead.h"
 
 #include <algorithm>
 #include <memory>
-#include <numeric>
 
 namespace filiform::tools {
 
 CellLengths::CellLengths(const TileStore& store, const std::vector<std::uint32_t>& cells)
     : store_(store), lengths_um_(store.cell_count()), wanted_(store.cell_count()) {
   for (const std::uint32_t cell : cells) wanted_[cell] = true;
-  if (cells.size() == store.cell_count()) {
-    tiles_.resize(store.tile_count());
-    std::iota(tiles_.begin(), tiles_.end(), TileId{0});
-    return;
-  }
-  std::vector<bool> needed(store.tile_count());
-  for (const std::uint32_t cell : cells)
-    for (const TileId tile : store.cellTiles(cell)) needed[tile] = true;
-  for (TileId tile = 0; tile < needed.size(); ++tile)
-    if (needed[tile]) tiles_.push_back(tile);
+  tiles_ = tilesOf(store, cells);
 }
 
 void CellLengths::measure(const std::function<void(std::size_t)>& progress) {

@@ -27,10 +27,13 @@
 #include "index/input/input.h"
 #include "index/levels/levels.h"
 #include "index/output.h"
+#include "index/query/cell_pass.h"
 #include "index/query/cell_paths.h"
 #include "index/query/cell_sections.h"
 #include "index/query/nearest.h"
+#include "index/query/segment_pass.h"
 #include "index/remote/http_source.h"
+#include "index/set/kept_tiles.h"
 #include "index/set/tile_set.h"
 #include "index/set/tiles_ahead.h"
 #include "solver/force/force_gate.h"
@@ -95,6 +98,26 @@ void tilesAhead(const TileStore& store, const std::vector<TileId>& tiles, void u
   // index/set/tiles_ahead.h
   TilesAhead ahead(store, tiles, true);
   for (std::size_t i = 0; i < tiles.size(); ++i) use(ahead.next());
+}
+
+void segmentPass(const std::unique_ptr<TileSet>& set) {
+  // index/query/segment_pass.h
+  double length_um = 0;
+  forEachSegment(*set, {}, [&](TileId, std::span<const PassedSegment> segments) {
+    for (const PassedSegment& s : segments) length_um += set->grid().toWorld(s.child - s.parent).norm();
+  });
+}
+
+void cellPass(const std::unique_ptr<TileSet>& set, const std::vector<std::uint32_t>& ids, void use(CellGraph)) {
+  // index/query/cell_pass.h
+  CellPass cells(*set, ids);
+  for (std::size_t i = 0; i < ids.size(); ++i) use(cells.next());
+}
+
+void keptTiles(const std::unique_ptr<TileSet>& set, const std::vector<std::uint32_t>& cells, void use(CellGraph)) {
+  // index/set/kept_tiles.h
+  const KeptTiles kept(*set, 64 << 20);
+  for (const std::uint32_t cell : cells) use(readCell(kept, cell, true));
 }
 
 void falcon(const Wrench& wrench) {
@@ -499,7 +522,7 @@ TEST(HeaderExamples, AllAreCompiledHereAsTheyStandThere) {
             << text;
       }
     }
-  EXPECT_EQ(count, 45u) << "examples; a new one goes into this file";
+  EXPECT_EQ(count, 48u) << "examples; a new one goes into this file";
 }
 
 TEST(HeaderExamples, AnExampleIsTold) {

@@ -3,6 +3,7 @@
 
 #include "index/query/cell_paths.h"
 #include "index/query/nearest.h"
+#include "index/set/kept_tiles.h"
 #include "index/set/tile_set.h"
 #include "solver/travel/session/stepped_travel.h"
 #include "tools/c/call.h"
@@ -17,14 +18,15 @@ namespace filiform::c {
 
 struct OpenSet {
   OpenSet(std::unique_ptr<TileSet> opened, const NearestOptions& options)
-      : set(std::move(opened)), nearest(*set, options), samples(*set, kSampleBytes) {}
+      : set(std::move(opened)), kept(*set, kKeptBytes), nearest(kept, options), samples(*set, kSampleBytes) {}
 
-  static constexpr std::uint64_t kSampleBytes = std::uint64_t{64} << 20;
+  static constexpr std::uint64_t kKeptBytes = std::uint64_t{64} << 20, kSampleBytes = std::uint64_t{64} << 20;
 
   // Throws UsageError if the set has no such cell.
   void requireCell(std::uint32_t cell) const;
 
   std::unique_ptr<TileSet> set;
+  KeptTiles kept;  // for cells one by one; searches take the tiles that are here
   Nearest nearest;
   tools::SampleIds samples;
 };

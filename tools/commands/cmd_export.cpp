@@ -8,6 +8,7 @@
 #include "index/export/zip_writer.h"
 #include "index/output.h"
 #include "index/query/cell_graph.h"
+#include "index/query/cell_pass.h"
 #include "index/set/tile_set.h"
 #include "index/text.h"
 #include "tools/commands/commands.h"
@@ -93,13 +94,6 @@ void writeCell(std::ostream& out, const CellGraph& cell, FileFormat format) {
   }
 }
 
-std::string textOfCell(const TileStore& set, std::uint32_t id, FileFormat format) {
-  throwIfInterrupted();
-  std::ostringstream text;
-  writeCell(text, readCell(set, id, true), format);
-  return std::move(text).str();
-}
-
 int exportFile(const TileStore& set, std::uint32_t id, const std::string& path, FileFormat format) {
   Output out(path, {.cancel = &interruptFlag()});
   const CellGraph cell = readCell(set, id, true);
@@ -114,7 +108,7 @@ int exportFile(const TileStore& set, std::uint32_t id, const std::string& path, 
 class CellFiles {
  public:
   CellFiles(const TileStore& set, const std::vector<std::uint32_t>& ids, std::optional<FileFormat> format)
-      : set_(set), ids_(ids) {
+      : cells_(set, ids, {.check = throwIfInterrupted}) {
     std::vector<std::string> names;
     for (const std::uint32_t id : ids) {
       names.push_back(set.cell(id).name);
@@ -122,18 +116,23 @@ class CellFiles {
     }
     names_ = safeFileNames(names);
   }
-  std::size_t count() const { return ids_.size(); }
+  std::size_t count() const { return names_.size(); }
   std::string name(std::size_t i) const { return names_[i] + endingOf(formats_[i]); }
-  std::string text(std::size_t i) const { return textOfCell(set_, ids_[i], formats_[i]); }
+  // Call it once for each file, in their order.
+  std::string text(std::size_t i) {
+    throwIfInterrupted();
+    std::ostringstream text;
+    writeCell(text, cells_.next(), formats_[i]);
+    return std::move(text).str();
+  }
 
  private:
-  const TileStore& set_;
-  const std::vector<std::uint32_t>& ids_;
+  CellPass cells_;
   std::vector<FileFormat> formats_;
   std::vector<std::string> names_;
 };
 
-void exportZip(const CellFiles& files, const std::string& path, Progress& progress) {
+void exportZip(CellFiles& files, const std::string& path, Progress& progress) {
   Output out(path, {.by_name = true, .cancel = &interruptFlag()});
   ZipContent content;
   content.entries = files.count();
@@ -145,7 +144,7 @@ void exportZip(const CellFiles& files, const std::string& path, Progress& progre
   out.finish();
 }
 
-void exportFolder(const CellFiles& files, const std::string& path, Progress& progress) {
+void exportFolder(CellFiles& files, const std::string& path, Progress& progress) {
   OutputFolder folder(path);
   for (std::size_t i = 0; i < files.count(); ++i) {
     folder.write(files.name(i), files.text(i));
@@ -171,22 +170,27 @@ void exportSkeletons(const TileSet& set, const std::vector<std::uint32_t>& ids, 
   }
   const SkeletonFormat format(set.grid(), bounds);
   const CellAttributes attributes(set);
+  std::optional<SkeletonShards> layout;
+  if (shards) layout.emplace(numbers, bytes);
+  std::vector<std::uint32_t> in_order = ids;
+  if (layout)
+    for (std::size_t at = 0; const std::size_t i : layout->order()) in_order[at++] = ids[i];
+  CellPass pass(set, std::move(in_order), {.check = throwIfInterrupted});
   std::uint64_t done = 0;
-  const auto skeleton = [&](std::size_t i) {
+  const auto skeleton = [&](std::size_t) {
     throwIfInterrupted();
     std::ostringstream out;
-    format.write(out, readCell(set, ids[i], true));
+    format.write(out, pass.next());
     progress.update(++done);
     return std::move(out).str();
   };
   OutputFolder folder(path);
   folder.makeFolder("segment_properties");
   folder.write("segment_properties/info", skeletonProperties(set, cells, &attributes));
-  if (shards) {
-    const SkeletonShards layout(numbers, bytes);
-    folder.write("info", format.info(layout.sharding()));
-    for (std::size_t shard = 0; shard < layout.count(); ++shard)
-      folder.write(layout.name(shard), layout.content(shard, skeleton));
+  if (layout) {
+    folder.write("info", format.info(layout->sharding()));
+    for (std::size_t shard = 0; shard < layout->count(); ++shard)
+      folder.write(layout->name(shard), layout->content(shard, skeleton));
   } else {
     folder.write("info", format.info());
     for (std::size_t i = 0; i < ids.size(); ++i) folder.write(std::to_string(numbers[i]), skeleton(i));
@@ -224,7 +228,7 @@ int runExport(const ExportArguments& a) {
   if (to.kind == Destination::Kind::kSkeletons || to.kind == Destination::Kind::kShards) {
     exportSkeletons(*set, ids, a.out, to.kind == Destination::Kind::kShards, progress);
   } else {
-    const CellFiles files(*set, ids, format);
+    CellFiles files(*set, ids, format);
     to.kind == Destination::Kind::kZip ? exportZip(files, a.out, progress) : exportFolder(files, a.out, progress);
   }
   progress.finish();

@@ -143,7 +143,7 @@ void addBench(CLI::App& app, Chosen& chosen) {
                     "largest number of segments; 0: chosen by the workload");
   bench
       ->add_option("--scene,--set", command->options.scene,
-                   "tile set for `loop`, `scene` and `viewer`; default: a synthetic set")
+                   "tile set for `cells`, `loop`, `scene` and `viewer`; default: a synthetic set")
       ->type_name("SET");
   bench->add_flag("--long", command->options.long_run, "run the largest sizes, and each loop for ten minutes: hours");
   bench->add_flag("--quick", command->options.quick, "run small sizes without the corpus, to see that it works");

@@ -2,6 +2,7 @@
 #include "index/errors.h"
 #include "index/geometry/closest_point.h"
 #include "index/output.h"
+#include "index/query/cell_pass.h"
 #include "index/query/cell_paths.h"
 #include "index/text.h"
 #include "solver/travel/places/cell_place_text.h"
@@ -78,7 +79,27 @@ std::unique_ptr<PythonCell> readPythonCell(SetHandle& handle, std::uint32_t id) 
   if (id >= open->set().cell_count() || open->set().cell(id).removed)
     throw py::key_error("no cell with index " + std::to_string(id));
   const py::gil_scoped_release released;
-  return std::make_unique<PythonCell>(readCell(open->set(), id, true));
+  return std::make_unique<PythonCell>(readCell(open->kept(), id, true));
+}
+
+// Many cells in one pass over their tiles.
+py::list readPythonCells(SetHandle& handle, const std::vector<std::uint32_t>& ids) {
+  const auto open = handle.get();
+  for (const std::uint32_t id : ids)
+    if (id >= open->set().cell_count() || open->set().cell(id).removed)
+      throw py::key_error("no cell with index " + std::to_string(id));
+  SignalCheck check;
+  CellPass pass(open->set(), ids, {.check = [&check] { check(); }});
+  py::list cells;
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    std::unique_ptr<PythonCell> cell;
+    {
+      const py::gil_scoped_release released;
+      cell = std::make_unique<PythonCell>(pass.next());
+    }
+    cells.append(py::cast(std::move(cell)));
+  }
+  return cells;
 }
 
 template <typename T>
@@ -244,6 +265,7 @@ void writeSwcFile(const PythonCell& cell, const std::string& path) {
 void addCell(py::module_& module) {
   PYBIND11_NUMPY_DTYPE(NodeRow, node_id, label, x, y, z, radius, parent_id);
   module.attr("NODE") = py::dtype::of<NodeRow>();
+  module.def("read_cells", &readPythonCells);
   py::class_<PythonCell>(module, "CellData")
       .def(py::init(&readPythonCell))
       .def("nodes", &nodesOf)

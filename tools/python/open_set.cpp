@@ -16,7 +16,8 @@ std::uint64_t nextSerial() {
 OpenSet::OpenSet(const std::string& name, const std::string& revision, const RemoteOptions& remote,
                  std::uint64_t budget_bytes)
     : set_(TileSet::open(name, remote, revision)),
-      nearest_(*set_, {.budget_bytes = budget_bytes}),
+      kept_(*set_, budget_bytes / 4),
+      nearest_(kept_, {.budget_bytes = budget_bytes}),
       sample_ids_(*set_, budget_bytes / 4),
       serial_(nextSerial()) {}
 

@@ -26,6 +26,19 @@ def test_names_find_cells(s):
         s.cells[1.5]
 
 
+def test_lists_read_their_cells_in_one_pass(s, small):
+    everything = s.cells.find("*")
+    assert not any(cell.is_loaded for cell in everything)
+    twice = ff.CellList([*everything[::-1], everything[0]])
+    for cell, vertices, nodes in zip(twice, twice.vertices, twice.nodes):
+        alone = s.cells[cell.name]
+        assert cell.is_loaded and np.array_equal(vertices, alone.vertices) and nodes.tobytes() == alone.nodes.tobytes()
+    with ff.open(small) as other:
+        both = ff.CellList([s.cells.at(0), *other.cells.find("*")]).load()
+        assert [c.vertices.shape for c in both] == [(c.samples, 3) for c in both]
+    assert ff.CellList().load() == []
+
+
 def test_an_integer_is_never_another_cell(tmp_path):
     """Ids of bodies are integers in neuPrint and CAVE; names are text, and only a result's uint32 is an index."""
     for name in range(12):

@@ -11,6 +11,7 @@ std::vector<Workload> workloads() {
   addStabilityWorkloads(all);
   addIngestWorkloads(all);
   addJumpWorkloads(all);
+  addCellsWorkloads(all);
   addStreamingWorkloads(all);
   addLoopWorkloads(all);
   addTransportWorkloads(all);

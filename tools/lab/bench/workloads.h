@@ -17,6 +17,7 @@ void addServeWorkloads(std::vector<Workload>& all);
 void addStabilityWorkloads(std::vector<Workload>& all);
 void addIngestWorkloads(std::vector<Workload>& all);
 void addJumpWorkloads(std::vector<Workload>& all);
+void addCellsWorkloads(std::vector<Workload>& all);
 void addStreamingWorkloads(std::vector<Workload>& all);
 void addLoopWorkloads(std::vector<Workload>& all);
 void addTransportWorkloads(std::vector<Workload>& all);

@@ -3,6 +3,7 @@
 
 #include "index/levels/levels.h"
 #include "index/query/nearest.h"
+#include "index/set/kept_tiles.h"
 #include "index/set/tile_set.h"
 #include "tools/words/sample_ids.h"
 
@@ -16,12 +17,14 @@ namespace filiform::python {
 
 class OpenSet {
  public:
-  // `budget_bytes`: of tiles kept between queries, and a quarter more of sample ids. Throws as TileSet::open().
+  // `budget_bytes`: of tiles kept between queries, a quarter more for cells read one by one, and a quarter more of
+  // sample ids. Throws as TileSet::open().
   // `revision`: empty for the newest.
   OpenSet(const std::string& name, const std::string& revision, const RemoteOptions& remote,
           std::uint64_t budget_bytes);
 
   const TileSet& set() const { return *set_; }
+  const TileStore& kept() const { return kept_; }  // the set, whose tiles stay in memory: to read cells one by one
   const Nearest& nearest() const { return nearest_; }
   // The id in the file of a segment's child sample. O(1) for the cell that this thread asked for last. Throws
   // CorruptSet, IoError.
@@ -31,6 +34,7 @@ class OpenSet {
 
  private:
   const std::unique_ptr<const TileSet> set_;
+  const KeptTiles kept_;
   const Nearest nearest_;
   mutable tools::SampleIds sample_ids_;
   const std::uint64_t serial_;  // different for each object of the process

@@ -120,7 +120,7 @@ Answer catmaidSkeletonAnswer(const Call& call) {
   const std::uint32_t cell = cellOfSkeleton(call);
   refuseLargeCell(call.served->store().cell(cell));
   const CatmaidSpace& space = call.served->catmaidSpace();
-  const CellGraph graph = readCell(call.served->store(), cell, true);
+  const CellGraph graph = readCell(call.served->kept(), cell, true);
   CatmaidJson rows = CatmaidJson::array();
   for (std::uint32_t rank = 0; rank < graph.samples(); ++rank) {
     const Vector3d p_nm = graph.position_W(rank) * 1e3;
@@ -136,7 +136,7 @@ Answer catmaidSkeletonAnswer(const Call& call) {
 Answer catmaidRootAnswer(const Call& call) {
   const std::uint32_t cell = cellOfSkeleton(call);
   refuseLargeCell(call.served->store().cell(cell));
-  const CellGraph graph = readCell(call.served->store(), cell, false);
+  const CellGraph graph = readCell(call.served->kept(), cell, false);
   const auto root = std::find(graph.parents.begin(), graph.parents.end(), kNoParent);
   if (root == graph.parents.end()) throw Refusal(404, "the skeleton has no sample");
   const auto rank = static_cast<std::uint32_t>(root - graph.parents.begin());

@@ -129,7 +129,7 @@ Answer cellAnswer(const Call& call) {
   const std::uint32_t id = cellNamed(*call.served, file.substr(0, file.size() - (swc || npy ? 4 : 5)));
   const CellRecord& record = call.served->store().cell(id);
   refuseLargeCell(record);
-  const CellGraph graph = readCell(call.served->store(), id, true);
+  const CellGraph graph = readCell(call.served->kept(), id, true);
   if (swc) {
     if (graph.isGraph()) throw Refusal(400, "the cell has loops, which SWC cannot hold; ask for .json");
     std::ostringstream text;
@@ -161,7 +161,7 @@ Answer pathAnswer(const Call& call) {
     if (cellOfPlace(*call.served, *to, "to") != id) throw Refusal(400, "a path joins two places of one cell");
   }
   refuseLargeCell(call.served->store().cell(id));
-  const CellPaths cell(readCell(call.served->store(), id, from.needsTypes() || (to && to->needsTypes())));
+  const CellPaths cell(readCell(call.served->kept(), id, from.needsTypes() || (to && to->needsTypes())));
   TimedStore::check();
   const FoundPath found = to ? pathBetween(cell, from, *to, TimedStore::check) : pathToFarthestTip(cell, from);
   nlohmann::ordered_json json = pathHeadJson(cell, found);

@@ -68,7 +68,7 @@ Answer precomputedSkeletonAnswer(const Call& call) {
   if (answer.status != 200) return answer;
   refuseLargeCell(call.served->store().cell(*cell));
   std::ostringstream bytes;
-  formatOf(*call.served).write(bytes, readCell(call.served->store(), *cell, true));
+  formatOf(*call.served).write(bytes, readCell(call.served->kept(), *cell, true));
   answer.body = std::move(bytes).str();
   return answer;
 }

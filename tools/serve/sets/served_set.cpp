@@ -12,7 +12,8 @@ ServedSet::ServedSet(std::string name, const std::string& path, std::uint64_t bu
       levels_(Levels::open(*set_)),
       attributes_(*set_),
       store_(*set_),
-      nearest_(store_, {.budget_bytes = budget_bytes / 4 * 3}),
+      kept_(store_, budget_bytes / 4),
+      nearest_(kept_, {.budget_bytes = budget_bytes / 2}),
       finder_(store_),
       sample_ids_(store_, budget_bytes / 4) {}
 

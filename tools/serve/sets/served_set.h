@@ -7,6 +7,7 @@
 #include "index/levels/levels.h"
 #include "index/query/nearest.h"
 #include "index/query/tile_finder.h"
+#include "index/set/kept_tiles.h"
 #include "index/set/tile_set.h"
 #include "tools/serve/sets/catmaid_space.h"
 #include "tools/serve/sets/timed_store.h"
@@ -22,8 +23,8 @@ namespace filiform::tools {
 
 class ServedSet {
  public:
-  // Opens the set's current revision. Of the budget, three quarters are for tiles and one for sample ids. Throws as
-  // TileSet::open() and Levels::open() do.
+  // Opens the set's current revision. Of the budget, half is for the tiles of searches, a quarter for those of cells,
+  // and a quarter for sample ids. Throws as TileSet::open() and Levels::open() do.
   ServedSet(std::string name, const std::string& path, std::uint64_t budget_bytes, const RemoteOptions& remote = {});
 
   const std::string& name() const { return name_; }
@@ -31,6 +32,7 @@ class ServedSet {
   const std::shared_ptr<const TileSet>& sharedSet() const { return set_; }
   const Levels* levels() const { return levels_.get(); }  // nullptr: the set has none
   const TimedStore& store() const { return store_; }      // the set, with the time limit of answers
+  const TileStore& kept() const { return kept_; }         // likewise; its tiles stay in memory: for readCell()
   const CellAttributes& attributes() const { return attributes_; }
   const Nearest& nearest() const { return nearest_; }
   const TileFinder& finder() const { return finder_; }
@@ -48,6 +50,7 @@ class ServedSet {
   const std::unique_ptr<const Levels> levels_;
   const CellAttributes attributes_;
   const TimedStore store_;
+  const KeptTiles kept_;
   const Nearest nearest_;
   const TileFinder finder_;
   mutable SampleIds sample_ids_;

@@ -91,6 +91,11 @@ class Cell:
     def _data(self) -> _core.CellData:
         return _core.CellData(self.set._handle, self.index)
 
+    @property
+    def is_loaded(self) -> bool:
+        """True if its arrays are in memory; `CellList.load` reads those of many cells together."""
+        return "_data" in self.__dict__
+
     # -- arrays
 
     @cached_property

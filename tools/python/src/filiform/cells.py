@@ -8,6 +8,7 @@ from typing import Any, Iterator, Mapping, Union
 import numpy as np
 import numpy.typing as npt
 
+from . import _core
 from .cell import Cell
 from .html import cell_table
 from .scene import Owner
@@ -23,6 +24,33 @@ def text(raw: bytes) -> str:
 class CellList(list[Cell]):
     """A list of cells, with what concerns them together."""
 
+    def load(self) -> "CellList":
+        """Read the arrays of all these cells in one pass over the set, and return the list.
+
+        Several times faster than one cell after the other, above all where cells are entangled or the set is at an
+        address. The cells keep their arrays, about 40 bytes a sample. Reads only cells whose arrays are not read yet.
+        """
+        for owner in {cell.set for cell in self}:
+            wanted = {cell.index for cell in self if cell.set is owner and not cell.is_loaded}
+            if not wanted:
+                continue
+            indices = sorted(wanted)
+            data = dict(zip(indices, _core.read_cells(owner._handle, indices)))
+            for cell in self:
+                if cell.set is owner and cell.index in data:
+                    cell._data = data[cell.index]
+        return self
+
+    @property
+    def nodes(self) -> list[npt.NDArray[Any]]:
+        """`Cell.nodes` of each cell; reads the cells as `load` does."""
+        return [cell.nodes for cell in self.load()]
+
+    @property
+    def vertices(self) -> list[npt.NDArray[Any]]:
+        """`Cell.vertices` of each cell; reads the cells as `load` does."""
+        return [cell.vertices for cell in self.load()]
+
     def to_dataframe(self) -> Any:
         """A pandas DataFrame, one row a cell: ``index name source samples segments roots loops``. Needs pandas."""
         import pandas
@@ -34,7 +62,7 @@ class CellList(list[Cell]):
         """A navis NeuronList. Needs navis."""
         import navis
 
-        return navis.NeuronList([cell.to_navis() for cell in self])
+        return navis.NeuronList([cell.to_navis() for cell in self.load()])
 
     def __repr__(self) -> str:
         return f"<filiform.CellList of {len(self)} cells>"

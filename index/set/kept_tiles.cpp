@@ -1,0 +1,64 @@
+#include "index/set/kept_tiles.h"
+
+namespace filiform {
+
+KeptTiles::Kept& KeptTiles::use(TileId tile) const {
+  const auto [at, is_new] = places_.try_emplace(tile);
+  if (is_new) {
+    order_.push_front({tile, nullptr, nullptr});
+    at->second = order_.begin();
+  } else {
+    order_.splice(order_.begin(), order_, at->second);
+  }
+  return order_.front();
+}
+
+void KeptTiles::grow(Kept& kept, std::uint64_t bytes) const {
+  kept.bytes += bytes;
+  bytes_ += bytes;
+  while (bytes_ > budget_bytes_) {
+    bytes_ -= order_.back().bytes;
+    places_.erase(order_.back().id);
+    order_.pop_back();
+  }
+}
+
+std::shared_ptr<const Tile> KeptTiles::load(TileId tile) const {
+  {
+    const std::lock_guard lock(mutex_);
+    if (places_.contains(tile))
+      if (const Kept& kept = use(tile); kept.tile != nullptr) return kept.tile;
+  }
+  std::shared_ptr<const Tile> loaded = store_.load(tile);
+  const std::lock_guard lock(mutex_);
+  Kept& kept = use(tile);
+  if (kept.tile != nullptr) return kept.tile;
+  kept.tile = loaded;
+  grow(kept, loaded->bytes());
+  return loaded;
+}
+
+TileAppearance KeptTiles::loadAppearance(TileId tile) const {
+  std::shared_ptr<const TileAppearance> found;
+  {
+    const std::lock_guard lock(mutex_);
+    if (places_.contains(tile)) found = use(tile).appearance;
+  }
+  if (found != nullptr) return *found;
+  TileAppearance loaded = store_.loadAppearance(tile);
+  auto copy = std::make_shared<const TileAppearance>(loaded);
+  const std::lock_guard lock(mutex_);
+  Kept& kept = use(tile);
+  if (kept.appearance == nullptr) {
+    kept.appearance = std::move(copy);
+    grow(kept, loaded.radii_um.size() * sizeof(float) + loaded.types.size() * sizeof(std::uint16_t));
+  }
+  return loaded;
+}
+
+std::uint64_t KeptTiles::bytes() const {
+  const std::lock_guard lock(mutex_);
+  return bytes_;
+}
+
+}  // namespace filiform
