@@ -1,10 +1,6 @@
 #include "index/query/cell_graph.h"
 
-#include "index/errors.h"
 #include "index/file/internal/decimals.h"
-#include "index/query/internal/cell_assembly.h"
-#include "index/query/internal/owned_segments.h"
-#include "index/set/tiles_ahead.h"
 
 #include <charconv>
 #include <cmath>
@@ -69,24 +65,6 @@ std::vector<std::array<std::uint32_t, 2>> parentLinks(const CellGraph& cell) {
 }
 
 std::vector<std::int64_t> distinctIds(const CellGraph& cell) { return distinctIds(cell.sample_ids, cell.block_starts); }
-
-CellGraph readCell(const TileStore& store, std::uint32_t cell, bool with_appearance, const std::atomic<bool>* stop) {
-  internal::CellAssembly assembly(store, cell, store.loadCellDetail(cell), with_appearance);
-  std::vector<PassedSegment> segments;
-  const auto take = [&](const std::vector<TileId>& tiles) {
-    TilesAhead ahead(store, tiles, with_appearance);
-    for (const TileId id : tiles) {
-      if (stop != nullptr && stop->load(std::memory_order_relaxed)) throw Interrupted("the cell is no longer wanted");
-      const auto [tile, appearance] = ahead.next();
-      segments.clear();
-      internal::appendOwned(*tile, with_appearance ? &appearance : nullptr, cell, segments);
-      assembly.add(id, segments);
-    }
-  };
-  take(assembly.tiles());
-  take(assembly.endTiles());
-  return assembly.finish();
-}
 
 void writeHeader(std::ostream& out, const CellGraph& cell, const std::vector<std::string>& lines) {
   const std::string between = '\n' + cell.header + '\n';

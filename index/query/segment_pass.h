@@ -8,7 +8,7 @@
 // Thread rule: any thread but the haptic one; `visit` runs on the calling thread.
 #pragma once
 
-#include "index/cell/cell.h"
+#include "index/query/passed_segment.h"
 #include "index/set/tile_store.h"
 
 #include <functional>
@@ -17,15 +17,6 @@
 #include <vector>
 
 namespace filiform {
-
-// A segment from its child to its parent. An isolated sample is a segment whose ends are one sample.
-struct PassedSegment {
-  SegmentId id;
-  std::uint32_t child_sample, parent_sample;  // ranks in the cell
-  GridPoint child, parent;                    // TileStore::grid() converts them to um
-  float radius_um = kUnknownRadius;           // of the child; unknown without appearance
-  std::uint16_t type = 0;                     // of the child; 0 without appearance
-};
 
 struct SegmentPass {
   bool with_appearance = false;  // also read radii and types

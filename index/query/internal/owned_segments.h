@@ -1,7 +1,7 @@
 // What a tile holds of the segments that it owns. Functions without state.
 #pragma once
 
-#include "index/query/segment_pass.h"
+#include "index/query/passed_segment.h"
 
 #include <vector>
 
