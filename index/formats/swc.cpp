@@ -12,6 +12,7 @@
 #include "index/text.h"
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <limits>
@@ -161,7 +162,35 @@ bool plainInteger(const char*& at, const char* end, std::int64_t& value, int max
   return at > start && at - start <= max_digits;
 }
 
+// A number without an exponent and of at most 15 digits is a whole number over a power of ten. A double holds both
+// exactly, so their quotient is the nearest double.
 bool plainReal(const char*& at, const char* end, double& value) {
+  constexpr std::ptrdiff_t kMostDigits = 15;
+  static constexpr std::array<double, kMostDigits + 1> kPowers = {1,   1e1, 1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
+                                                                  1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15};
+  const char* p = at;
+  const bool negative = p < end && *p == '-';
+  p += negative;
+  const char* const digits = p;
+  std::uint64_t sum = 0;  // its overflow does not matter: such numbers have too many digits
+  const auto readDigits = [&] {
+    for (; p < end && *p >= '0' && *p <= '9'; ++p) sum = sum * 10 + static_cast<std::uint64_t>(*p - '0');
+  };
+  readDigits();
+  const std::ptrdiff_t whole = p - digits;
+  std::ptrdiff_t decimals = 0;
+  if (p < end && *p == '.') {
+    ++p;
+    readDigits();
+    decimals = p - digits - whole - 1;
+  }
+  if (whole + decimals > 0 && whole + decimals <= kMostDigits && p < end && internal::isBlank(*p)) {
+    const double magnitude =
+        static_cast<double>(static_cast<std::int64_t>(sum)) / kPowers[static_cast<std::size_t>(decimals)];
+    value = negative ? -magnitude : magnitude;
+    at = p;
+    return true;
+  }
   const auto [stop, error] = std::from_chars(at, end, value);
   at = stop;
   return error == std::errc() && at < end && internal::isBlank(*at) && std::isfinite(value);

@@ -24,7 +24,7 @@ class MemoryTiles final : public TileStore, private internal::TileSink {
     std::vector<BlockKey> keys;
     for (internal::LeafContent& found : found_) {
       const auto id = tile_of[found.leaf] = static_cast<TileId>(tiles_.size());
-      tiles_.push_back(std::make_shared<const Tile>(id, found.key, found.is_long, grid_, std::move(found.segments)));
+      tiles_.push_back(std::make_shared<const Tile>(id, found.key, found.is_long, grid_, found.segments));
       entries_.push_back(internal::entryOf(*tiles_.back()));
       appearances_.push_back(std::move(found.appearance));
       if (found.is_long) {

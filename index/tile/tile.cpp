@@ -23,7 +23,7 @@ NodeId parentOf(const StoredSegment& s) { return {s.id.cell, s.parent_sample}; }
 // Finds the segment that places a node: the first of which it is the child.
 class Children {
  public:
-  explicit Children(const std::vector<StoredSegment>& segments) : segments_(segments) {
+  explicit Children(std::span<const StoredSegment> segments) : segments_(segments) {
     named_ = std::all_of(segments.begin(), segments.end(),
                          [](const StoredSegment& s) { return s.id.segment == s.child_sample; });
     if (named_) {
@@ -72,7 +72,7 @@ class Children {
     return at == keys_.end() || *at != key ? kNoSegment : static_cast<std::uint32_t>(at - begin);
   }
 
-  const std::vector<StoredSegment>& segments_;
+  std::span<const StoredSegment> segments_;
   bool named_;
   std::vector<std::uint64_t> keys_;  // if named_: of all segments
   std::vector<std::pair<std::uint64_t, std::uint32_t>> rows_;
@@ -85,12 +85,17 @@ void setBits(std::vector<std::uint32_t>& words, std::uint32_t i) { words[i / 32]
 Tile::Tile(TileId id, const BlockKey& key, bool is_long, const Grid& grid)
     : id_(id), key_(key), is_long_(is_long), grid_(grid) {}
 
-Tile::Tile(TileId id, const BlockKey& key, bool is_long, const Grid& grid, std::vector<StoredSegment> segments)
+Tile::Tile(TileId id, const BlockKey& key, bool is_long, const Grid& grid, std::span<const StoredSegment> segments)
     : Tile(id, key, is_long, grid) {
   if (segments.size() > kMaxSegments)
     throw InputError("a tile would hold more than 2^28 segments: too many have the same midpoint");
   const auto by_id = [](const StoredSegment& a, const StoredSegment& b) { return a.id < b.id; };
-  if (!std::is_sorted(segments.begin(), segments.end(), by_id)) std::sort(segments.begin(), segments.end(), by_id);
+  std::vector<StoredSegment> sorted;
+  if (!std::is_sorted(segments.begin(), segments.end(), by_id)) {
+    sorted.assign(segments.begin(), segments.end());
+    std::sort(sorted.begin(), sorted.end(), by_id);
+    segments = sorted;
+  }
   const auto n = static_cast<std::uint32_t>(segments.size());
   segment_count_ = n;
 

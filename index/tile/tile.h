@@ -61,7 +61,7 @@ class Tile {
   // Builds a tile from segments in any order. Requires that each id comes once and that every segment meets the block.
   // `is_long`: the long-segment tile; its `key` has depth 0. Throws InputError for more than kMaxSegments segments. O(n
   // log n).
-  Tile(TileId id, const BlockKey& key, bool is_long, const Grid& grid, std::vector<StoredSegment> segments);
+  Tile(TileId id, const BlockKey& key, bool is_long, const Grid& grid, std::span<const StoredSegment> segments);
   // The tile of the segments of both. Requires that both have the same block and segments, and that all cells of
   // `patch` come after those of `base`. Equal to a tile built from the segments but for the order of runs(), those of
   // `base`, then those of `patch`. Throws InputError for more than kMaxSegments segments. O(n).

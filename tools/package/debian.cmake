@@ -75,7 +75,7 @@ set(CPACK_DEBIAN_LIBRARY_PACKAGE_CONTROL_EXTRA "${data}/triggers")
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "libfiliform0 (= ${CPACK_PACKAGE_VERSION})")
 # For the C++ libraries, which are static; a C program needs none of them.
-set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SUGGESTS "libeigen3-dev, libzip-dev, libarchive-dev, zlib1g-dev, libxxhash-dev, libhwy-dev, liblz4-dev, \
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SUGGESTS "libeigen3-dev, libzip-dev, libarchive-dev, libdeflate-dev, zlib1g-dev, libxxhash-dev, libhwy-dev, liblz4-dev, \
 libcurl4-openssl-dev, libssl-dev, libpugixml-dev, libusb-1.0-0-dev, libepoxy-dev, libegl-dev, libglfw3-dev, libimgui-dev")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
 # A module fits one version of Python: that of the system.

@@ -1,5 +1,7 @@
 #include "index/file/internal/spool.h"
 
+#include "index/internal/heap.h"
+
 #include <algorithm>
 #include <cassert>
 #include <cstring>
@@ -43,7 +45,9 @@ Spool::Buffer Spool::buffer() {
       return buffer;
     }
   }
-  return std::make_unique_for_overwrite<std::uint8_t[]>(block_bytes_ + kSlack);
+  Buffer buffer = std::make_unique_for_overwrite<std::uint8_t[]>(block_bytes_ + kSlack);
+  populate(buffer.get(), block_bytes_);
+  return buffer;
 }
 
 void Spool::giveBack(Buffer buffer) noexcept {

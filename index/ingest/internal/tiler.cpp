@@ -95,10 +95,9 @@ struct Tiler::Impl {
 
   LandmarkSurvey survey;
   Partition partition{std::vector<BlockKey>{BlockKey{}}};
-  std::vector<std::uint32_t> midpoints;                              // by leaf
-  std::vector<SegmentChain> long_segments;                           // by worker
-  std::vector<LandmarkChooser::Part> parts;                          // by worker
-  std::vector<std::vector<LandmarkChooser::Segment>> owned_of_leaf;  // by worker
+  std::vector<std::uint32_t> midpoints;      // by leaf
+  std::vector<SegmentChain> long_segments;   // by worker
+  std::vector<LandmarkChooser::Part> parts;  // by worker
   std::unique_ptr<const LandmarkChooser> chooser;
   std::unique_ptr<CellLeaves> cell_leaves;  // of rank 0
 
@@ -132,7 +131,6 @@ Tiler::Impl::Impl(TilerOptions given)
     if (!together->isFirst()) intake.keepForOthers();
   }
   parts.resize(options.threads);
-  owned_of_leaf.resize(options.threads);
   for (unsigned i = 0; i < options.threads; ++i) long_segments.emplace_back(spool);
 }
 
@@ -168,13 +166,9 @@ void Tiler::Impl::forEachChunk(const char* phase, const Work& work, const std::f
 
 void Tiler::Impl::handOver(LeafContent& content, unsigned worker, TileSink& sink) {
   constexpr std::size_t kKept = std::size_t{1} << 16;  // a larger vector is freed after use
-  std::vector<LandmarkChooser::Segment>& owned = owned_of_leaf[worker];
-  owned.clear();
   std::uint32_t cell = kNone;
   for (const StoredSegment& segment : content.segments) {
-    if (!segment.owned) continue;
-    owned.push_back({segment.id, segment.child, segment.parent});
-    if (segment.id.cell == cell) continue;
+    if (!segment.owned || segment.id.cell == cell) continue;
     cell = segment.id.cell;
     if (cell_leaves) {
       cell_leaves->add(worker, cell, content.leaf);
@@ -185,9 +179,9 @@ void Tiler::Impl::handOver(LeafContent& content, unsigned worker, TileSink& sink
       pairs[worker].append(pair.bytes());
     }
   }
-  chooser->addLeaf(content.key, owned, parts[worker]);
-  if (owned.capacity() > kKept) owned = {};
+  chooser->addLeaf(content.key, content.segments, parts[worker]);
   sink.add(worker, content);
+  if (content.segments.capacity() > kKept) content.segments = {};
 }
 
 LeafBuilder Tiler::Impl::builder(unsigned worker, TileSink& sink) {

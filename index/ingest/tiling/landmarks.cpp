@@ -47,7 +47,7 @@ MortonKey prefix(MortonKey key, int depth) {
 double squaredDistance(const GridPoint& a, const GridPoint& b) { return (a - b).cast<double>().squaredNorm(); }
 
 // The point at odd / (2 pieces) of the segment.
-GridPoint interior(const LandmarkChooser::Segment& s, std::uint64_t odd, std::uint64_t pieces) {
+GridPoint interior(const StoredSegment& s, std::uint64_t odd, std::uint64_t pieces) {
   __extension__ using Product = __int128;
   GridPoint p;
   for (int i = 0; i < 3; ++i) {
@@ -120,7 +120,7 @@ LandmarkChooser::LandmarkChooser(const Grid& grid, const LandmarkSurvey& survey,
   depth_ = finest(most - static_cast<std::size_t>(pieces(piece_exponent_)));
 }
 
-void LandmarkChooser::addLeaf(const BlockKey& leaf, std::span<const Segment> segments, Part& part) const {
+void LandmarkChooser::addLeaf(const BlockKey& leaf, std::span<const StoredSegment> segments, Part& part) const {
   const GridPoint lo = leaf.box().lo;
   const int bits = std::max(0, depth_ - leaf.depth);
   std::array<int, 3> shift{}, place{};
@@ -155,7 +155,8 @@ void LandmarkChooser::addLeaf(const BlockKey& leaf, std::span<const Segment> seg
 
   const std::size_t first = part.groups_.size();
   for (std::size_t i = 0; i < segments.size(); ++i) {
-    const Segment& s = segments[i];
+    const StoredSegment& s = segments[i];
+    if (!s.owned) continue;
     const int exponent = lengthExponent(s.child, s.parent);
     if (exponent > piece_exponent_) {
       const double length = std::sqrt(squaredDistance(s.child, s.parent));
@@ -183,7 +184,7 @@ void LandmarkChooser::addLeaf(const BlockKey& leaf, std::span<const Segment> seg
   }
   for (std::size_t i = 0; i < segments.size(); ++i) {
     if (part.group_of_[i] == kAbsent) continue;
-    const Segment& s = segments[i];
+    const StoredSegment& s = segments[i];
     Part::Group& group = part.groups_[part.group_of_[i]];
     group.ends.extend(s.child);
     group.radius2 = std::max(group.radius2, squaredDistance(s.child, group.point));
@@ -244,15 +245,16 @@ Landmarks chooseLandmarks(const TileStore& store, std::size_t most) {
   const auto each = [&](const auto& use) {
     for (TileId t = 0; t < store.tile_count(); ++t) {
       const std::shared_ptr<const Tile> tile = store.load(t);
-      std::vector<LandmarkChooser::Segment> segments;
+      std::vector<StoredSegment> segments;
       for (std::uint32_t s = 0; s < tile->segment_count(); ++s)
         if (tile->owned(s))
-          segments.push_back({tile->segmentId(s), tile->gridPoint(tile->child(s)), tile->gridPoint(tile->parent(s))});
+          segments.push_back(
+              {tile->segmentId(s), 0, 0, tile->gridPoint(tile->child(s)), tile->gridPoint(tile->parent(s)), true});
       use(tile->key(), segments);
     }
   };
-  each([&](const BlockKey&, std::span<const LandmarkChooser::Segment> segments) {
-    for (const LandmarkChooser::Segment& s : segments) {
+  each([&](const BlockKey&, std::span<const StoredSegment> segments) {
+    for (const StoredSegment& s : segments) {
       survey.addLength(s.child, s.parent);
       keys.push_back(mortonKey(midpoint(s.child, s.parent)));
     }
@@ -263,9 +265,7 @@ Landmarks chooseLandmarks(const TileStore& store, std::size_t most) {
   keys = {};
   const LandmarkChooser chooser(store.grid(), survey, most);
   LandmarkChooser::Part part;
-  each([&](const BlockKey& key, std::span<const LandmarkChooser::Segment> segments) {
-    chooser.addLeaf(key, segments, part);
-  });
+  each([&](const BlockKey& key, std::span<const StoredSegment> segments) { chooser.addLeaf(key, segments, part); });
   return chooser.finish({&part, 1});
 }
 

@@ -78,12 +78,8 @@ class LandmarkChooser {
     std::vector<std::uint32_t> table_, group_of_;
     std::map<MortonKey, std::uint32_t> sparse_;
   };
-  struct Segment {
-    SegmentId id;
-    GridPoint child, parent;
-  };
-  // Adds the segments that one leaf owns to `part`. O(n).
-  void addLeaf(const BlockKey& leaf, std::span<const Segment> segments, Part& part) const;
+  // Adds those of the segments that the leaf owns to `part`. O(n).
+  void addLeaf(const BlockKey& leaf, std::span<const StoredSegment> segments, Part& part) const;
   // Returns at most `most` landmarks, ascending by Morton key, and their covering radius. Every point of every segment
   // lies within this radius of a landmark. The radius is tight if a block of the landmarks lies within a leaf;
   // otherwise it follows from the boxes of the leaves. Each landmark lies within one quantum of its segment. O(p log p)

@@ -55,7 +55,7 @@ LevelTile encodeLevel(const Neurites& neurites, const BlockKey& key, std::uint32
   made.entry.hidden = neurites.hidden;
   made.entry.pixel_um = neurites.pixel_um;
   made.entry.hidden_um = neurites.hidden_um;
-  const Tile tile(0, key, true, grid, std::move(segments));
+  const Tile tile(0, key, true, grid, segments);
   made.entry.decoded_bytes = tile.bytes();
   made.geometry = encodeTile(tile);
   made.appearance = encodeAppearance(appearance);

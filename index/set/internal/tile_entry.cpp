@@ -47,8 +47,11 @@ TileEntry entryOf(const Tile& tile) {
   });
   tile.forEachSegment([&](std::uint32_t s, std::uint32_t child, std::uint32_t parent) {
     if (child == parent) entry.isolated += tile.owned(s);
-    if (!all_inside && (outside[child] | outside[parent]) != 0)
-      entry.content.extend(clippedBox(tile.gridPoint(child), tile.gridPoint(parent), block));
+    if (all_inside || (outside[child] | outside[parent]) == 0) return;
+    const GridPoint a = tile.gridPoint(child), b = tile.gridPoint(parent);
+    const GridBox around{a.cwiseMin(b).cwiseMax(block.lo), a.cwiseMax(b).cwiseMin(block.hi)};  // of the clipped box
+    if (!entry.content.contains(around.lo) || !entry.content.contains(around.hi))
+      entry.content.extend(clippedBox(a, b, block));
   });
   return entry;
 }

@@ -1,6 +1,7 @@
 #include "index/tile/internal/run_order.h"
 
 #include <algorithm>
+#include <bit>
 #include <numeric>
 
 namespace filiform::internal {
@@ -48,6 +49,33 @@ class Splitter {
   std::vector<std::uint32_t> begin_of_, items_;  // of the group of an item; the current order
 };
 
+// Moves the `count` lowest keys, all different, to the front. Without branches on keys, which a processor cannot
+// predict.
+void selectLowest(std::span<std::uint64_t> keys, std::size_t count) {
+  constexpr std::size_t kFew = 8;
+  int rounds = 2 * std::bit_width(keys.size());
+  while (keys.size() > kFew && --rounds > 0) {
+    const std::size_t n = keys.size();
+    const std::uint64_t a = keys[n / 4], b = keys[n / 2], c = keys[n / 4 * 3];
+    const std::uint64_t pivot = std::max(std::min(a, b), std::min(std::max(a, b), c));
+    std::size_t below = 0;
+    for (std::uint64_t& key : keys) {
+      const std::uint64_t value = key;
+      key = keys[below];
+      keys[below] = value;
+      below += value < pivot;
+    }
+    if (below == count) return;
+    if (below > count) {
+      keys = keys.first(below);
+    } else {
+      keys = keys.subspan(below);
+      count -= below;
+    }
+  }
+  std::nth_element(keys.begin(), keys.begin() + static_cast<std::ptrdiff_t>(count), keys.end());
+}
+
 // Coordinates of less than 2^31, so that four are compared at once.
 class NearOffsets {
  public:
@@ -70,9 +98,7 @@ class NearOffsets {
     const Eigen::Index axis = sides[0] >= sides[1] && sides[0] >= sides[2] ? 0 : sides[1] >= sides[2] ? 1 : 2;
     for (std::size_t i = 0; i < items.size(); ++i)
       keys[i] = static_cast<std::uint64_t>(ends_[items[i]][axis]) << 32 | items[i];
-    const auto begin = keys.begin();
-    std::nth_element(begin, begin + static_cast<std::ptrdiff_t>(middle),
-                     begin + static_cast<std::ptrdiff_t>(items.size()));
+    selectLowest(std::span(keys).first(items.size()), middle);
     for (std::size_t i = 0; i < items.size(); ++i) items[i] = static_cast<std::uint32_t>(keys[i]);
   }
 

@@ -76,11 +76,33 @@ TEST(Archive, SwcUnderOtherEndingsIsRead) {
 
 TEST(Archive, DeflatedEntriesAreRead) {
   const test::TempFolder folder;
-  std::string large;
-  for (int i = 1; i < 20000; ++i)
-    large += std::to_string(i) + " 3 0 0 " + std::to_string(i) + " 1 " + std::to_string(i > 1 ? i - 1 : -1) + "\n";
-  test::writeDeflatedZip(folder.file("a.zip"), {swcMember("one.swc", large), swcMember("two.swc")});
-  EXPECT_EQ(rowOfFile(folder.file("a.zip")), "accept 20001 19999 - -");
+  const auto swcOf = [](int samples) {
+    std::string swc;
+    for (int i = 1; i <= samples; ++i)
+      swc += std::to_string(i) + " 3 0 0 " + std::to_string(i) + " 1 " + std::to_string(i > 1 ? i - 1 : -1) + "\n";
+    return swc;
+  };
+  const std::string large = swcOf(60000);
+  ASSERT_GT(large.size(), std::size_t{1} << 20);  // too large to be unpacked in one piece
+  test::writeDeflatedZip(folder.file("a.zip"),
+                         {swcMember("one.swc", swcOf(20000)), swcMember("two.swc", large), swcMember("three.swc")});
+  EXPECT_EQ(rowOfFile(folder.file("a.zip")), "accept 80002 79999 - -");
+}
+
+TEST(Archive, EveryDamagedByteOfADeflatedEntryRefusesIt) {
+  const test::TempFolder folder;
+  std::string content;
+  for (int i = 1; i <= 40; ++i)
+    content += std::to_string(i) + " 3 0 0 0 1 " + std::to_string(i > 1 ? i - 1 : -1) + "\n";
+  test::writeDeflatedZip(folder.file("a.zip"), {swcMember("a.swc", content)});
+  const std::string zip = test::readBytes(folder.file("a.zip"));
+  const std::size_t begin = 30 + std::string("a.swc").size();
+  for (std::size_t at = begin; at < begin + 60; ++at) {
+    std::string damaged = zip;
+    damaged[at] = static_cast<char>(damaged[at] ^ 4);
+    const std::string row = archiveRow(damaged);
+    EXPECT_TRUE(row.starts_with("refuse 0 0 a.swc E_ZIP_") || row == "accept 40 39 - -") << at << ": " << row;
+  }
 }
 
 TEST(Archive, DroppedLinesNameTheirEntry) {

@@ -2,9 +2,13 @@
 
 #include "index/errors.h"
 
+#include <bit>
 #include <cmath>
+#include <cstdint>
+#include <cstdlib>
 #include <random>
 #include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -57,6 +61,28 @@ TEST(SwcReader, KeepsAllFieldsOfAPlainFile) {
   EXPECT_EQ(reading.cell.positions_um[0], Vector3d(0.1, -0.2, 3));
   EXPECT_EQ(reading.report.roots, 1u);
   EXPECT_EQ(reading.report.isolated, 0u);
+}
+
+TEST(SwcReader, EveryDecimalIsTheNearestDouble) {
+  std::mt19937_64 random(1549);
+  std::string text;
+  std::vector<std::string> decimals = {"-0", "-0.0", ".5", "7.", "0.000000000000001", "99999.9999999999"};
+  for (int i = 0; i < 3000; ++i) {
+    const std::size_t whole = random() % 6, decimal = random() % 16;
+    std::string number = random() % 2 == 0 ? "-" : "";
+    for (std::size_t k = 0; k < whole; ++k) number += static_cast<char>('0' + random() % 10);
+    if (decimal > 0) number += ".";
+    for (std::size_t k = 0; k < decimal; ++k) number += static_cast<char>('0' + random() % 10);
+    if (whole + decimal > 0) decimals.push_back(number);
+  }
+  for (std::size_t i = 0; i < decimals.size(); ++i)
+    text += std::to_string(i + 1) + " 3 " + decimals[i] + " 0 0 1 " + (i == 0 ? "-1" : std::to_string(i)) + "\n";
+  const Reading reading = read(text);
+  ASSERT_EQ(reading.cell.positions_um.size(), decimals.size());
+  for (std::size_t i = 0; i < decimals.size(); ++i)
+    EXPECT_EQ(std::bit_cast<std::uint64_t>(reading.cell.positions_um[i][0]),
+              std::bit_cast<std::uint64_t>(std::strtod(decimals[i].c_str(), nullptr)))
+        << decimals[i];
 }
 
 TEST(SwcReader, AcceptsEveryLegalForm) {

@@ -49,7 +49,7 @@ GrownRevision::Item GrownRevision::keep(TileId tile) {
 GrownRevision::Item GrownRevision::write(std::optional<TileId> was, const BlockKey& key, bool is_long,
                                          std::vector<StoredSegment> segments, const TileAppearance& look) {
   ++counts_.written;
-  const Tile tile(0, key, is_long, base_.grid(), std::move(segments));
+  const Tile tile(0, key, is_long, base_.grid(), segments);
   return place({entryOf(tile), writer_.append(encodeTile(tile), encodeAppearance(look)), is_long, was.value_or(kNoTile),
                 std::nullopt});
 }

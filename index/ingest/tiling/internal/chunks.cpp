@@ -67,7 +67,8 @@ std::uint32_t Chunks::halve(std::uint32_t part) {
   Leaf& whole = parts_[part];
   const BlockKey key = whole.key;
   const int axis = key.depth % 3;
-  splits_.push_back({mortonPoint(key.half(1).low)[axis], axis, {kPartBit | part, 0}, std::move(whole.part)});
+  splits_.push_back({mortonPoint(key.half(1).low)[axis], axis, {kPartBit | part, 0}});
+  before_.push_back(std::move(whole.part));
   if (whole.parent != kNone) splits_[whole.parent].child[whole.side] = self;
   const BlockKey low = key.half(0);
   whole = {low, low.box(), {{}, SegmentChain(spool_)}, self, 0};
@@ -110,7 +111,7 @@ void Chunks::outline(std::uint32_t node, const BlockKey& key, std::uint64_t leas
   }
   const Split& split = splits_[node];
   outline(split.child[0], key.half(0), least, capacity, steps);
-  steps.push_back({key.half(1).low, split.before.chain.count(), true});
+  steps.push_back({key.half(1).low, before_[node].chain.count(), true});
   outline(split.child[1], key.half(1), least, capacity, steps);
 }
 
@@ -120,7 +121,7 @@ void Chunks::forEachChain(std::uint32_t node, const BlockKey& key, const Use& us
     use(parts_[node & ~kPartBit].part.chain, key);
     return;
   }
-  use(splits_[node].before.chain, key);
+  use(before_[node].chain, key);
   for (const int side : {0, 1}) forEachChain(splits_[node].child[side], key.half(side), use);
 }
 
@@ -155,12 +156,13 @@ std::uint32_t Chunks::split(std::uint32_t part) {
   const auto first = static_cast<std::uint32_t>(splits_.size());
   parts_[part].part.chain.close();
   for (;;) {
-    Split& half = splits_[halve(part)];
-    const GridBox& seen = half.before.seen;
+    const std::uint32_t self = halve(part);
+    const Split& half = splits_[self];
+    const GridBox& seen = before_[self].seen;
     if (seen.lo[half.axis] < half.plane && seen.hi[half.axis] >= half.plane) return first;
     part = half.child[seen.lo[half.axis] >= half.plane ? 1 : 0] & ~kPartBit;
-    parts_[part].part = std::move(half.before);
-    half.before = {{}, SegmentChain(spool_)};
+    parts_[part].part = std::move(before_[self]);
+    before_[self] = {{}, SegmentChain(spool_)};
   }
 }
 
@@ -171,6 +173,7 @@ void Chunks::take(Chunks& other) {
   closed_ = parts_.size();
   last_ = other.last_ = 0;
   other.splits_.clear();
+  other.before_.clear();
   other.parts_.clear();
   other.addPart(other.block_, kNone, 0);
   other.closed_ = 0;
@@ -180,11 +183,11 @@ void Chunks::take(Chunks& other) {
 void Chunks::take(std::uint32_t node, Chunks& other, std::uint32_t from) {
   const bool is_part = (node & kPartBit) != 0;
   if ((from & kPartBit) != 0) {
-    (is_part ? parts_[node & ~kPartBit].part : splits_[node].before).take(other.parts_[from & ~kPartBit].part);
+    (is_part ? parts_[node & ~kPartBit].part : before_[node]).take(other.parts_[from & ~kPartBit].part);
     return;
   }
   if (is_part) node = halve(node & ~kPartBit);
-  splits_[node].before.take(other.splits_[from].before);
+  before_[node].take(other.before_[from]);
   for (const int side : {0, 1}) take(splits_[node].child[side], other, other.splits_[from].child[side]);
 }
 
@@ -197,7 +200,7 @@ bool Chunks::exceeds(std::uint32_t part) const {
 std::uint64_t Chunks::count(std::uint32_t node) const {
   if ((node & kPartBit) != 0) return parts_[node & ~kPartBit].part.chain.count();
   const Split& split = splits_[node];
-  return split.before.chain.count() + count(split.child[0]) + count(split.child[1]);
+  return before_[node].chain.count() + count(split.child[0]) + count(split.child[1]);
 }
 
 // Moves what blocks with more than `most` segments hold to the parts below them, which may have to be split in turn.
@@ -205,8 +208,8 @@ void Chunks::settle(std::uint32_t node, std::uint64_t most, const Moved& moved, 
   constexpr std::uint64_t kBetweenCalls = 65536;
   if ((node & kPartBit) != 0 || count(node) <= most) return;
   {
-    SegmentChain chain = std::move(splits_[node].before.chain);
-    splits_[node].before = {{}, SegmentChain(spool_)};
+    SegmentChain chain = std::move(before_[node].chain);
+    before_[node] = {{}, SegmentChain(spool_)};
     SegmentChain::Reader reader(chain, true);
     std::uint32_t at = partOf(node, GridPoint::Zero());
     std::uint64_t done = 0;
@@ -264,6 +267,7 @@ void Chunks::settle(unsigned threads, std::size_t most_open, const Moved& moved)
   }
   std::vector<Leaf>().swap(parts_);
   std::vector<Split>().swap(splits_);
+  std::vector<Part>().swap(before_);
 }
 
 // Splits, one after the other, the parts that waited because too many buffers were open.
@@ -294,7 +298,7 @@ void Chunks::gather(std::uint32_t node, const BlockKey& key) {
 // Older segments first, so that the ids ascend as far as possible.
 void Chunks::collect(std::uint32_t node, Chunk& chunk) {
   const bool is_part = (node & kPartBit) != 0;
-  Part& part = is_part ? parts_[node & ~kPartBit].part : splits_[node].before;
+  Part& part = is_part ? parts_[node & ~kPartBit].part : before_[node];
   chunk.own.take(part.chain);
   chunk.seen.extend(part.seen);
   if (is_part) return;

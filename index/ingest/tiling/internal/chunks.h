@@ -92,7 +92,6 @@ class Chunks {
     std::int64_t plane;
     int axis;
     std::uint32_t child[2];  // among the splits, or kPartBit | among the parts
-    Part before;             // what the block held
   };
   static constexpr std::uint32_t kPartBit = std::uint32_t{1} << 31;
   static constexpr std::uint32_t kNone = UINT32_MAX;
@@ -131,6 +130,7 @@ class Chunks {
   std::size_t most_open_;
   std::vector<Leaf> parts_;
   std::vector<Split> splits_;
+  std::vector<Part> before_;  // by split: what the block held. Apart, so that the caches hold all splits
   std::vector<Chunk> all_;
   std::uint32_t last_ = 0;                 // the part of the last segment
   std::vector<std::uint32_t> open_;        // parts opened since buffers were closed; some occur more than once

@@ -20,12 +20,13 @@ std::uint64_t segmentsIn(std::span<SegmentChain* const> chains) {
   return sum;
 }
 
-// Sorts items that consist of a few sorted runs, as they come from a few chains.
-template <typename Less>
-void sortRuns(std::span<std::uint32_t> values, std::vector<std::size_t>& runs, Less less) {
-  constexpr std::size_t kManyRuns = 64;
+// Sorts items that consist of a few sorted runs, as they come from a few chains. `fetch` begins to load an item.
+template <typename Less, typename Fetch>
+void sortRuns(std::span<std::uint32_t> values, std::vector<std::size_t>& runs, Less less, Fetch fetch) {
+  constexpr std::size_t kManyRuns = 64, kAhead = 16;
   runs.assign(1, 0);
-  for (std::size_t i = 1; i < values.size(); ++i)
+  for (std::size_t i = 1; i < values.size(); ++i) {
+    if (i + kAhead < values.size()) fetch(values[i + kAhead]);
     if (less(values[i], values[i - 1])) {
       if (runs.size() == kManyRuns) {
         std::sort(values.begin(), values.end(), less);
@@ -33,6 +34,7 @@ void sortRuns(std::span<std::uint32_t> values, std::vector<std::size_t>& runs, L
       }
       runs.push_back(i);
     }
+  }
   if (runs.size() == 1) return;
   const auto at = [&](std::size_t run) {
     return values.begin() + static_cast<std::ptrdiff_t>(run < runs.size() ? runs[run] : values.size());
@@ -147,26 +149,26 @@ void LeafBuilder::build(std::span<SegmentChain* const> chains, const Range& rang
 
 // Returns false, with all segments in records_, if it needs more than `most_bytes`.
 bool LeafBuilder::buildTogether(std::span<SegmentChain* const> chains, std::uint64_t most_bytes) {
-  records_.resize(segmentsIn(chains));
-  std::size_t at_record = 0;
-  for (SegmentChain* chain : chains) {
-    SegmentChain::Reader reader(*chain, true);
-    for (SegmentRecord record = SegmentChain::first(); reader.next(record);) records_[at_record++] = record;
-  }
-  for (SegmentChain* chain : chains) chain->clear();
-
-  const std::uint64_t for_places = most_bytes - std::min(most_bytes, records_.size() * kBytesOfRecord);
+  const std::uint64_t segments = segmentsIn(chains);
+  records_.resize(segments);
+  const std::uint64_t for_places = most_bytes - std::min(most_bytes, segments * kBytesOfRecord);
   stored_.assign(end_ - first_, 0);
   placed_.clear();
   long_.clear();
-  for (std::uint32_t i = 0; i < records_.size(); ++i) {
-    const bool is_long = forEachLeaf(records_[i], [&](std::uint32_t leaf, bool owned) {
-      placed_.push_back(std::uint64_t{leaf - first_} << 32 | (owned ? kOwned : 0) | i);
-      ++stored_[leaf - first_];
-    });
-    if (is_long) long_.push_back(i);
-    if (placed_.size() * kBytesOfPlace > for_places) return false;
+  std::uint32_t at = 0;
+  for (SegmentChain* chain : chains) {
+    SegmentChain::Reader reader(*chain, true);
+    for (SegmentRecord record = SegmentChain::first(); reader.next(record); ++at) {
+      records_[at] = record;
+      if (placed_.size() * kBytesOfPlace > for_places) continue;
+      const bool is_long = forEachLeaf(record, [&](std::uint32_t leaf, bool owned) {
+        placed_.push_back(std::uint64_t{leaf - first_} << 32 | (owned ? kOwned : 0) | at);
+        ++stored_[leaf - first_];
+      });
+      if (is_long) long_.push_back(at);
+    }
   }
+  for (SegmentChain* chain : chains) chain->clear();
   const std::uint32_t largest = *std::max_element(stored_.begin(), stored_.end());
   if (placed_.size() * kBytesOfPlace + tileCost(largest) > for_places) return false;
 
@@ -174,7 +176,7 @@ bool LeafBuilder::buildTogether(std::span<SegmentChain* const> chains, std::uint
   items_.resize(placed_.size());
   ends_.resize(stored_.size());
   std::exclusive_scan(stored_.begin(), stored_.end(), ends_.begin(), 0u);
-  for (const std::uint64_t at : placed_) items_[ends_[at >> 32]++] = static_cast<std::uint32_t>(at);
+  for (const std::uint64_t place : placed_) items_[ends_[place >> 32]++] = static_cast<std::uint32_t>(place);
   for (std::uint32_t i = 0; i < stored_.size(); ++i) {
     if (stored_[i] == 0) continue;
     fill(first_ + i, std::span(items_).subspan(ends_[i] - stored_[i], stored_[i]));
@@ -186,7 +188,13 @@ bool LeafBuilder::buildTogether(std::span<SegmentChain* const> chains, std::uint
 // Sorts `items`: what the leaf stores.
 void LeafBuilder::fill(std::uint32_t leaf, std::span<std::uint32_t> items) {
   const auto record = [&](std::uint32_t item) -> const SegmentRecord& { return records_[item & ~kOwned]; };
-  sortRuns(items, runs_, [&](std::uint32_t a, std::uint32_t b) { return record(a).id.key() < record(b).id.key(); });
+  sortRuns(
+      items, runs_, [&](std::uint32_t a, std::uint32_t b) { return record(a).id.key() < record(b).id.key(); },
+      [&](std::uint32_t item) {
+        const auto* const bytes = reinterpret_cast<const char*>(&record(item));
+        __builtin_prefetch(bytes);
+        __builtin_prefetch(bytes + sizeof(SegmentRecord) - 1);
+      });
   content_.leaf = leaf;
   content_.key = partition_.leaves()[leaf];
   content_.fill(

@@ -33,7 +33,7 @@ void TilePacker::add(unsigned worker, LeafContent& content) {
     kept = {worker, static_cast<std::uint32_t>(thin.points.size()), work.neurites.bytes(), neurites.size()};
     work.neurites.append(neurites);
   }
-  const Tile tile(0, content.key, content.is_long, options_.grid, std::move(content.segments));
+  const Tile tile(0, content.key, content.is_long, options_.grid, content.segments);
   const std::vector<std::uint8_t> geometry = encodeTile(tile), look = encodeAppearance(appearance);
   const Waiting made{entryOf(tile), content.leaf, kept, geometry.size(), look.size()};
   if (head_.load(std::memory_order_acquire) == work.first) {
