@@ -13,12 +13,13 @@ namespace filiform {
 struct SetMeasureOptions {
   MeasureOptions measures;
   unsigned threads = 1;
-  std::function<void()> check{};  // called before each group of cells; its exceptions propagate
+  std::function<void()> check{};  // called before each tile and each group of cells; its exceptions propagate
 };
 
 // Calls take(cell, measures) for each of `cells`, in this order, on the calling thread. The order of threads changes no
-// bit of the measures. Sets MeasuredPart::sample_id. Requires cells below cell_count(). Throws what readCell() and
-// measuresOf() throw. Thread rule: any thread may call it; it starts its own. O(samples), and reading the cells.
+// bit of the measures. Sets MeasuredPart::sample_id. Requires that the cells differ and are below cell_count().
+// Throws what CellPass and measuresOf() throw. Thread rule: any thread may call it; it starts its own. O(samples), and
+// one pass over the tiles of the cells (CellPass says when it takes several).
 void measureCells(const TileStore& store, const std::vector<std::uint32_t>& cells, const SetMeasureOptions& options,
                   const std::function<void(std::uint32_t cell, const CellMeasures& measures)>& take);
 

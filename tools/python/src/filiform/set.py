@@ -269,7 +269,7 @@ class Set:
 
         Parameters
         ----------
-        cells : a name or Cell, or a sequence of them. Default: all cells.
+        cells : a name or Cell, or a sequence of them, each measured once. Default: all cells.
         per : one row for each ``"cell"``, ``"neurite"``, ``"branch"`` or ``"type"``, or one for the ``"set"``.
         features : names with commas between, or a list; ``"all"``. Default: the most usual.
             ``index/measure/MEASURES.md`` defines them; they are those of ``filiform measure``.
@@ -287,7 +287,7 @@ class Set:
         elif isinstance(cells, str) or not isinstance(cells, Iterable):
             chosen = [self._index_of(cells)]
         else:
-            chosen = [self._index_of(cell) for cell in cells]
+            chosen = list(dict.fromkeys(self._index_of(cell) for cell in cells))
         if sholl is not None and not 0 < sholl < np.inf:
             raise ValueError("sholl: must be a finite number above 0 um")
         columns = {
