@@ -212,13 +212,15 @@ TEST(TileCodec, DamagedGraphsNeverEscape) {
 TEST(TileCodec, RefusesPositionsOutsideTheGrid) {
   const std::int64_t edge = std::int64_t{1} << 41;
   const GridPoint p(0, 0, 0), q(edge, 0, 0);
-  EXPECT_THROW(encodeTile(Tile(0, {}, false, Grid(), {{{0, 1}, 1, 0, q, p, true}})), InputError);
+  EXPECT_THROW(encodeTile(Tile(0, {}, false, Grid(), std::vector<StoredSegment>{{{0, 1}, 1, 0, q, p, true}})),
+               InputError);
 }
 
 // The layout of FORMAT.md, byte by byte: fails if the code differs from it.
 TEST(TileCodec, WritesTheSpecifiedBytes) {
   const GridPoint p0(10, 20, 30), p1(12, 20, 29), p2(12, 23, 29);
-  const Tile tile(0, {}, false, Grid(), {{{3, 1}, 1, 0, p1, p0, true}, {{3, 2}, 2, 1, p2, p1, false}});
+  const Tile tile(0, {}, false, Grid(),
+                  std::vector<StoredSegment>{{{3, 1}, 1, 0, p1, p0, true}, {{3, 2}, 2, 1, p2, p1, false}});
   const std::vector<std::uint8_t> expected{
       0,    2,    1,    0,              // no graph; segments, fragments, strays
       10,   0,    0,    0, 0, 0, 0, 0,  // lowest x
@@ -240,10 +242,10 @@ TEST(TileCodec, WritesTheSpecifiedBytes) {
 TEST(TileCodec, WritesTheSpecifiedBytesOfAGraph) {
   const GridPoint p0(0, 0, 0), p1(4, 0, 0), p2(4, 4, 0), q(0, 0, 0);
   const Tile tile(0, {}, false, Grid(),
-                  {{{0, 0}, 1, 0, p1, p0, true},
-                   {{0, 1}, 2, 1, p2, p1, true},
-                   {{0, 2}, 1, 0, p1, p0, true},
-                   {{1, 0}, 0, 0, q, q, true}});
+                  std::vector<StoredSegment>{{{0, 0}, 1, 0, p1, p0, true},
+                                             {{0, 1}, 2, 1, p2, p1, true},
+                                             {{0, 2}, 1, 0, p1, p0, true},
+                                             {{1, 0}, 0, 0, q, q, true}});
   const std::vector<std::uint8_t> expected{
       1,    4,    3, 0,              // a graph; segments, fragments, strays
       0,    0,    0, 0, 0, 0, 0, 0,  // lowest x
