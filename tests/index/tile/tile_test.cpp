@@ -16,13 +16,14 @@ StoredSegment segment(std::uint32_t cell, std::uint32_t child, std::uint32_t par
   return {{cell, child}, child, parent, a, b, owned};
 }
 
+using Segments = std::vector<StoredSegment>;
 const BlockKey kWorld{};
 
 TEST(Tile, SortsSegmentsAndNodesByTheirIds) {
   const GridPoint p0(0, 0, 0), p1(1, 0, 0), p2(2, 0, 0), p3(1, 5, 0), q(9, 9, 9);
-  const Tile tile(
-      4, kWorld, false, Grid(),
-      {segment(1, 0, 0, q, q), segment(0, 3, 1, p3, p1, false), segment(0, 1, 0, p1, p0), segment(0, 2, 1, p2, p1)});
+  const Tile tile(4, kWorld, false, Grid(),
+                  Segments{segment(1, 0, 0, q, q), segment(0, 3, 1, p3, p1, false), segment(0, 1, 0, p1, p0),
+                           segment(0, 2, 1, p2, p1)});
   EXPECT_EQ(tile.id(), 4u);
   ASSERT_EQ(tile.node_count(), 5u);
   ASSERT_EQ(tile.segment_count(), 4u);
@@ -44,7 +45,7 @@ TEST(Tile, SortsSegmentsAndNodesByTheirIds) {
 
 TEST(Tile, ZeroLengthSegmentIsNotIsolated) {
   const GridPoint p(3, 3, 3);
-  const Tile tile(0, kWorld, false, Grid(), {segment(0, 1, 0, p, p)});
+  const Tile tile(0, kWorld, false, Grid(), Segments{segment(0, 1, 0, p, p)});
   EXPECT_EQ(tile.node_count(), 2u);
   EXPECT_FALSE(tile.isolated(0));
 }
@@ -52,7 +53,7 @@ TEST(Tile, ZeroLengthSegmentIsNotIsolated) {
 TEST(Tile, SegmentsMayBeNamedOtherwiseThanTheirChildren) {  // graphs
   const GridPoint p0(0, 0, 0), p1(1, 0, 0), p2(2, 0, 0);
   const Tile tile(0, kWorld, false, Grid(),
-                  {{{0, 0}, 2, 1, p2, p1, true}, {{0, 1}, 1, 0, p1, p0, true}, {{0, 2}, 0, 2, p0, p2, true}});
+                  Segments{{{0, 0}, 2, 1, p2, p1, true}, {{0, 1}, 1, 0, p1, p0, true}, {{0, 2}, 0, 2, p0, p2, true}});
   EXPECT_EQ(tile.node_count(), 3u);
   for (std::uint32_t n = 0; n < 3; ++n) EXPECT_EQ(tile.incident(n).size(), 2u);
   EXPECT_EQ(tile.gridPoint(tile.child(0)), p2);
@@ -73,13 +74,13 @@ TEST(Tile, NodesInsideANeuriteLieBetweenTheirNeighbours) {
 TEST(Tile, WideTilesKeepExactPositions) {
   const std::int64_t far = std::int64_t{1} << 40;
   const GridPoint a(-far, far, 7), b(far, -far, 8);
-  const Tile wide(0, kWorld, true, Grid(), {segment(0, 1, 0, a, b)});
+  const Tile wide(0, kWorld, true, Grid(), Segments{segment(0, 1, 0, a, b)});
   EXPECT_EQ(wide.gridPoint(1), a);
   EXPECT_EQ(wide.gridPoint(0), b);
   EXPECT_EQ(wide.position_W(1), Grid().toWorld(a));
   const GridPoint c = b + GridPoint(UINT32_MAX, 0, 0), d = b + GridPoint(std::int64_t{UINT32_MAX} + 1, 0, 0);
-  const Tile narrow(0, kWorld, true, Grid(), {segment(0, 1, 0, c, b)});
-  const Tile too_wide(0, kWorld, true, Grid(), {segment(0, 1, 0, d, b)});
+  const Tile narrow(0, kWorld, true, Grid(), Segments{segment(0, 1, 0, c, b)});
+  const Tile too_wide(0, kWorld, true, Grid(), Segments{segment(0, 1, 0, d, b)});
   EXPECT_EQ(narrow.gridPoint(1), c);
   EXPECT_EQ(too_wide.gridPoint(1), d);
   EXPECT_LT(narrow.bytes(), too_wide.bytes());
@@ -91,7 +92,7 @@ TEST(Tile, PositionsAreExactAtEveryWidth) {
   for (const std::int64_t extent : {std::int64_t{0xffff}, std::int64_t{0x10000}, std::int64_t{0x1fffff},
                                     std::int64_t{0x200000}, std::int64_t{UINT32_MAX}, std::int64_t{UINT32_MAX} + 1}) {
     const GridPoint a = b + GridPoint(1, extent, extent / 2);
-    const Tile tile(0, kWorld, false, Grid(), {segment(0, 1, 0, a, b)});
+    const Tile tile(0, kWorld, false, Grid(), Segments{segment(0, 1, 0, a, b)});
     EXPECT_EQ(tile.gridPoint(tile.child(0)), a);
     EXPECT_EQ(tile.gridPoint(tile.parent(0)), b);
     EXPECT_EQ(tile.position_W(tile.child(0)), Grid().toWorld(a));
@@ -218,10 +219,10 @@ TEST(Tile, HoldsANodeWithManyBranches) {
 TEST(Tile, HomeIsWhereTheBlockContainsTheNode) {
   BlockKey block;  // x < 0
   block = block.half(0);
-  const Tile tile(0, block, false, Grid(), {segment(0, 1, 0, {-1, 0, 0}, {0, 0, 0})});
+  const Tile tile(0, block, false, Grid(), Segments{segment(0, 1, 0, {-1, 0, 0}, {0, 0, 0})});
   EXPECT_FALSE(tile.isHome(0));
   EXPECT_TRUE(tile.isHome(1));
-  const Tile long_tile(0, kWorld, true, Grid(), {segment(0, 1, 0, {-1, 0, 0}, {0, 0, 0})});
+  const Tile long_tile(0, kWorld, true, Grid(), Segments{segment(0, 1, 0, {-1, 0, 0}, {0, 0, 0})});
   EXPECT_FALSE(long_tile.isHome(0));
 }
 
