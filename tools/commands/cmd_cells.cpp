@@ -92,8 +92,8 @@ void sortCells(const TileSet& set, const CellAttributes& attributes, const Cells
     of_record([&](const CellRecord& cell) { return SortKey(0, static_cast<double>(cell.*count->second)); });
   } else if (a.sort.starts_with(kMeasurePrefix)) {
     const Feature& feature = measureNamed(a.sort.substr(kMeasurePrefix.size()), "--sort");
-    for (const double value : measureValues(set, cells, {&feature}, 0)[0])
-      keys.push_back(std::isnan(value) ? SortKey(2, 0.0) : SortKey(0, value));
+    const std::vector<std::vector<double>> values = measureValues(set, cells, {&feature}, 0);
+    for (const double value : values.at(0)) keys.push_back(std::isnan(value) ? SortKey(2, 0.0) : SortKey(0, value));
   } else if (attribute) {
     for (const std::uint32_t cell : cells) keys.push_back(keyOf(attributes.value(*attribute, cell)));
   } else {
