@@ -1,7 +1,9 @@
 // filiform measure as a process; compares its figures with known cells.
 #include "tests/support/process.h"
 #include "tests/support/temp_folder.h"
+#include "tests/support/zip_entries.h"
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -65,7 +67,9 @@ TEST_F(MeasureCommand, RowsForTypesNeuritesBranchesAndTheSet) {
   EXPECT_EQ(set[0].at("cells"), 2);
   EXPECT_EQ(set[0].at("length_um"), 30);
   EXPECT_EQ(set[0].at("soma_radius_um"), nullptr);
-  EXPECT_EQ(set[0].at("sholl").at(1), 3);
+  // At 3 um of the fork, and at 7 um of the line, where a neurite begins.
+  EXPECT_EQ(set[0].at("sholl").at(1), 2);
+  EXPECT_EQ(set[0].at("sholl_by_ends").at(1), 3);
 }
 
 TEST_F(MeasureCommand, AllFeaturesWithAnyThreadsGiveTheSameBytes) {
@@ -90,9 +94,12 @@ TEST_F(MeasureCommand, ArraysOfNumpy) {
   const Outcome outcome = runFiliform({"measure", set_, "--npz", out, "--features", "length,tips", "--sholl", "2"});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_NE(outcome.out.find("2 rows of 6 arrays"), std::string::npos) << outcome.out;
-  const std::string bytes = test::readBytes(out);
-  for (const char* part : {"length_um.npy", "'<f8', 'fortran_order': False, 'shape': (2,)", "'<U4'", "(2,7)"})
-    EXPECT_NE(bytes.find(part), std::string::npos) << part;
+  const std::map<std::string, std::string> arrays = test::entriesOf(out);
+  for (const auto& [name, part] :
+       std::map<std::string, std::string>{{"length_um.npy", "'<f8', 'fortran_order': False, 'shape': (2,)"},
+                                          {"name.npy", "'<U4'"},
+                                          {"sholl.npy", "(2,7)"}})
+    EXPECT_NE(arrays.at(name).find(part), std::string::npos) << name;
 }
 
 TEST_F(MeasureCommand, MistakesAreOneLineWithNearNames) {
