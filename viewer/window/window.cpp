@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstdlib>
 #include <functional>
 #include <string_view>
@@ -72,10 +73,10 @@ std::uint32_t specialOf(int key) {
   }
 }
 
-std::size_t hashOf(const ImDrawData& data) {
-  std::size_t hash = 0;
+std::uint64_t hashOf(const ImDrawData& data) {
+  std::uint64_t hash = 0;
   const auto add = [&hash](const void* bytes, std::size_t count) {
-    constexpr std::size_t kOdd = 0x9E3779B97F4A7C15U;  // mixes the bits, so that the order of the parts counts
+    constexpr std::uint64_t kOdd = 0x9E3779B97F4A7C15U;  // mixes the bits, so that the order of the parts counts
     hash = (hash ^ (hash >> 29)) * kOdd + std::hash<std::string_view>{}({static_cast<const char*>(bytes), count});
   };
   add(&data.DisplaySize, sizeof data.DisplaySize);
@@ -111,8 +112,8 @@ struct Window::Impl {
   double interface_scale = 1, content_scale = 1;
   double built_scale = 0;  // of the current letters and sizes; 0: none yet
   internal::Letters letters{internal::findFonts(internal::fontFolders())};
-  std::size_t shown_panels = 0;  // hash of the panels that the window shows
-  bool stale = true;             // the window's pixels are lost, or of other letters
+  std::uint64_t shown_panels = 0;  // hash of the panels that the window shows
+  bool stale = true;               // the window's pixels are lost, or of other letters
   std::uint8_t modifiers = 0;
   // Of the key event to which the next character belongs.
   bool repeated = false, began_in_text = false;
@@ -313,7 +314,7 @@ void Window::beginPanels() {
 
 bool Window::endPanels() {
   ImGui::Render();
-  const std::size_t now = hashOf(*ImGui::GetDrawData());
+  const std::uint64_t now = hashOf(*ImGui::GetDrawData());
   return std::exchange(impl_->shown_panels, now) != now || std::exchange(impl_->stale, false);
 }
 
