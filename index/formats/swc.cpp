@@ -5,6 +5,7 @@
 #include "index/file/internal/file_parts.h"
 #include "index/formats/internal/catmaid_columns.h"
 #include "index/formats/swc/internal/line_splitter.h"
+#include "index/formats/swc/internal/plain_numbers.h"
 #include "index/formats/swc/internal/swc_fields.h"
 #include "index/formats/swc/internal/swc_graph.h"
 #include "index/formats/swc/internal/swc_header.h"
@@ -13,7 +14,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -153,49 +153,6 @@ void SwcReader::State::dataLine(std::string_view text, bool has_nul, std::uint64
 
 namespace {
 
-// The forms of nearly all lines. Each function reads at `at` and returns false for anything unusual.
-bool plainInteger(const char*& at, const char* end, std::int64_t& value, int max_digits) {
-  const char* const start = at;
-  std::uint64_t sum = 0;  // at most 19 digits, by `end`
-  while (at < end && *at >= '0' && *at <= '9') sum = sum * 10 + static_cast<std::uint64_t>(*at++ - '0');
-  value = static_cast<std::int64_t>(sum);
-  return at > start && at - start <= max_digits;
-}
-
-// A number without an exponent and of at most 15 digits is a whole number over a power of ten. A double holds both
-// exactly, so their quotient is the nearest double.
-bool plainReal(const char*& at, const char* end, double& value) {
-  constexpr std::ptrdiff_t kMostDigits = 15;
-  static constexpr std::array<double, kMostDigits + 1> kPowers = {1,   1e1, 1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
-                                                                  1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15};
-  const char* p = at;
-  const bool negative = p < end && *p == '-';
-  p += negative;
-  const char* const digits = p;
-  std::uint64_t sum = 0;  // its overflow does not matter: such numbers have too many digits
-  const auto readDigits = [&] {
-    for (; p < end && *p >= '0' && *p <= '9'; ++p) sum = sum * 10 + static_cast<std::uint64_t>(*p - '0');
-  };
-  readDigits();
-  const std::ptrdiff_t whole = p - digits;
-  std::ptrdiff_t decimals = 0;
-  if (p < end && *p == '.') {
-    ++p;
-    readDigits();
-    decimals = p - digits - whole - 1;
-  }
-  if (whole + decimals > 0 && whole + decimals <= kMostDigits && p < end && internal::isBlank(*p)) {
-    const double magnitude =
-        static_cast<double>(static_cast<std::int64_t>(sum)) / kPowers[static_cast<std::size_t>(decimals)];
-    value = negative ? -magnitude : magnitude;
-    at = p;
-    return true;
-  }
-  const auto [stop, error] = std::from_chars(at, end, value);
-  at = stop;
-  return error == std::errc() && at < end && internal::isBlank(*at) && std::isfinite(value);
-}
-
 const char* skipBlanks(const char* at, const char* end) {
   while (at < end && internal::isBlank(*at)) ++at;
   return at;
@@ -210,26 +167,28 @@ bool SwcReader::State::plainLine(std::string_view text, std::uint64_t line) {
   SwcSample sample;
   std::int64_t type = 0;
   at = skipBlanks(at, end);
-  if (!plainInteger(at, std::min(end, at + 19), sample.id, 18) || at == end || !internal::isBlank(*at)) return false;
+  if (!internal::plainInteger(at, std::min(end, at + 19), sample.id, 18) || at == end || !internal::isBlank(*at))
+    return false;
   at = skipBlanks(at, end);
-  if (!plainInteger(at, std::min(end, at + 6), type, 5) || at == end || !internal::isBlank(*at) || type > 65535)
+  if (!internal::plainInteger(at, std::min(end, at + 6), type, 5) || at == end || !internal::isBlank(*at) ||
+      type > 65535)
     return false;
   Vector3d position;
   for (int axis = 0; axis < 3; ++axis) {
     at = skipBlanks(at, end);
-    if (!plainReal(at, end, position[axis])) return false;
+    if (!internal::plainReal(at, end, position[axis])) return false;
     if (std::abs(position[axis]) > Grid::kMaxInput_um) return false;
   }
   double radius = 0;
   at = skipBlanks(at, end);
   const char* const radius_text = at;
-  if (!plainReal(at, end, radius) || radius <= 0) return false;
+  if (!internal::plainReal(at, end, radius) || radius <= 0) return false;
   const bool may_be_odd =
       options.radius_um() != 1 || mayBeOdd({radius_text, static_cast<std::size_t>(at - radius_text)});
   at = skipBlanks(at, end);
   const bool negative = at < end && *at == '-';
   at += negative;
-  if (!plainInteger(at, std::min(end, at + 19), sample.parent, 18)) return false;
+  if (!internal::plainInteger(at, std::min(end, at + 19), sample.parent, 18)) return false;
   if (negative) {
     if (sample.parent != 1) return false;
     sample.parent = -1;

@@ -2,9 +2,9 @@
 
 #include "index/errors.h"
 #include "index/formats/swc.h"
-#include "index/set/forwarding_store.h"
 #include "tests/support/scenes/counting_store.h"
 #include "tests/support/scenes/memory_store.h"
+#include "tests/support/scenes/omitting_store.h"
 #include "tests/support/scenes/random_cells.h"
 
 #include <atomic>
@@ -152,17 +152,6 @@ TEST(CellGraph, HeaderAndOddRadiiComeBackAsText) {
   EXPECT_EQ(exported(readCell(*storeOf({again}, 10), 0, true)), exported(graph)) << "nothing is written twice";
 }
 
-// A store that omits one tile of each cell's list.
-class Forgetful final : public ForwardingStore {
- public:
-  using ForwardingStore::ForwardingStore;
-  CellDetail loadCellDetail(std::uint32_t id) const override {
-    CellDetail detail = store_.loadCellDetail(id);
-    detail.tiles.pop_back();
-    return detail;
-  }
-};
-
 TEST(CellGraph, AReadThatIsToldToStopReadsNoTile) {
   const auto store = storeOf(test::randomColumn(3, 1, 200, 80), 32);
   const test::CountingStore counting(*store);
@@ -173,7 +162,7 @@ TEST(CellGraph, AReadThatIsToldToStopReadsNoTile) {
 
 TEST(CellGraph, AMissingSampleIsNeverSilent) {
   const auto store = storeOf({test::randomNeuron(62)}, 30);
-  EXPECT_THROW(readCell(Forgetful(*store), 0, false), CorruptSet);
+  EXPECT_THROW(readCell(test::OmittingStore(*store), 0, false), CorruptSet);
 }
 
 }  // namespace

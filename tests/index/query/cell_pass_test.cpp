@@ -1,10 +1,10 @@
 #include "index/query/cell_pass.h"
 
 #include "index/errors.h"
-#include "index/set/forwarding_store.h"
 #include "index/set/kept_tiles.h"
 #include "tests/support/scenes/counting_store.h"
 #include "tests/support/scenes/memory_store.h"
+#include "tests/support/scenes/omitting_store.h"
 #include "tests/support/scenes/random_cells.h"
 
 #include <algorithm>
@@ -87,20 +87,9 @@ TEST(CellPass, DecodesEachTileOnceIfTheCellsFitTheMemory) {
   EXPECT_EQ(last, one_by_one);
 }
 
-// A store that omits one tile of each cell's list.
-class Omitting final : public ForwardingStore {
- public:
-  using ForwardingStore::ForwardingStore;
-  CellDetail loadCellDetail(std::uint32_t id) const override {
-    CellDetail detail = store_.loadCellDetail(id);
-    detail.tiles.pop_back();
-    return detail;
-  }
-};
-
 TEST(CellPass, AMissingSampleIsNeverSilent) {
   const auto store = storeOf(test::randomColumn(84, 3, 300, 100), 30);
-  const Omitting omitting(*store);
+  const test::OmittingStore omitting(*store);
   CellPass pass(omitting, allCells(*store));
   EXPECT_THROW(pass.next(), CorruptSet);
 }

@@ -48,7 +48,7 @@ TEST_F(SearchTiles, LeasedTileOutlivesItsEviction) {
     EXPECT_EQ(lease->tile->id(), 1u);
   }
   cache.get(3, reads_);
-  cache.get(4, reads_);  // frees what nobody leases
+  cache.get(4, reads_);  // frees tiles that have no lease
   EXPECT_EQ(cache.bytes(), 0u);
   EXPECT_LE(store_.heldBytes(), store_.entry(4).decoded_bytes + store_.entry(3).decoded_bytes);
 }

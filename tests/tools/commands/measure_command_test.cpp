@@ -119,7 +119,7 @@ TEST_F(MeasureCommand, MistakesAreOneLineWithNearNames) {
   expectLine({"--sholl", "nan"}, "--sholl");
   expectLine({"--sholl", "1e-9"}, "larger step");
   expectLine({"--sholl", "10", "--per", "branch"}, "leave one of them out");
-  expectLine({"nobody"}, "nobody");
+  expectLine({"unknown_cell"}, "unknown_cell");
 }
 
 }  // namespace
