@@ -3,6 +3,7 @@
 #include "index/geometry/closest_point.h"
 #include "index/geometry/partition.h"
 #include "index/query/internal/searched_set.h"
+#include "index/query/internal/tile_rounds.h"
 #include "index/query/nearest.h"
 #include "index/tile/box_region.h"
 
@@ -25,8 +26,11 @@ std::vector<NearestResult> Nearest::inBox(const Vector3d& lo_W, const Vector3d& 
 
   std::vector<Candidate> found;
   std::uint32_t tiles_read = 0, tiles_searched = 0;
-  for (const auto& [tile_id, tile_box] : set_->tilesMeeting(region)) {
-    ++tiles_searched;
+  std::vector<TileId> tiles;
+  for (const auto& [tile, tile_box] : set_->tilesMeeting(region)) tiles.push_back(tile);
+  internal::TileRounds rounds(set_->store, set_->cache, internal::TileRounds::kMost);
+  for (const TileId tile_id : tiles) {
+    rounds.before(tiles_searched++, tiles);
     set_->forEachIn(region, tile_id, tiles_read, [&](const Tile& tile, std::uint32_t s) {
       if (!segmentMeetsBox(tile.gridPoint(tile.child(s)), tile.gridPoint(tile.parent(s)), box)) return;
       const ClosestPoint c = closestPoint(tile.position_W(tile.child(s)), tile.position_W(tile.parent(s)), middle_W);

@@ -5,11 +5,15 @@
 #include "index/geometry/partition.h"
 #include "index/query/curve_order.h"
 #include "index/query/internal/searched_set.h"
+#include "index/query/internal/tile_rounds.h"
+#include "index/set/reads_at_once.h"
+#include "index/tile/box_region.h"
 #include "index/workers.h"
 
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <mutex>
 #include <utility>
 
 namespace filiform {
@@ -17,6 +21,8 @@ namespace {
 
 constexpr std::size_t kLeastPerThread = 64;  // fewest points of a batch a thread
 constexpr std::size_t kReadTogether = 4;     // tiles, from far away
+constexpr std::size_t kBatchTogether = 256;  // points of a batch whose tiles are read together, from far away
+constexpr std::size_t kPointTogether = 8;    // tiles that one such point asks for beside its home
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 void checkQuery(const Vector3d& h_W, const NearestQuery& query) {
@@ -35,12 +41,15 @@ struct PointSearch {
   Candidates best;
   std::uint32_t tiles_read = 0, tiles_searched = 0;
   double absent2 = kInfinity;  // squared distance within which no absent tile lies
+  bool all = false;            // everything within the bound is wanted
 
   void searchAll();
   void searchResident();
+  // Appends the tiles that the search will probably need beside its home, as far as tiles in memory tell.
+  void foresee(TileId at_home, std::vector<TileId>& tiles);
 
- private:
   void visit(TileId tile);
+  void searchFarAway(TileId at_home);
   // The tile whose block contains the point, if its content does too. No tile can be nearer, so it must be searched in
   // any case. Its result bounds the rest without the landmarks.
   TileId home() const;
@@ -96,19 +105,66 @@ std::vector<TileId> PointSearch::besideHome(TileId home) const {
 }
 
 void PointSearch::searchAll() {
-  if (set.store.long_tile() != kNoTile) visit(set.store.long_tile());
-  TileId at_home = kNoTile;
-  if (set.store.tile_count() > TileFinder::kScanTiles && !set.finder.isOutside(h_W)) {
-    at_home = home();
-    if (at_home != kNoTile) {
-      if (set.store.isRemote() && !set.cache.isHere(at_home)) set.cache.readAhead(besideHome(at_home));
-      visit(at_home);
-      if (answersAlone(at_home, best.bound2())) return;
-    }
+  const bool is_far = set.store.isRemote();
+  const TileId long_tile = set.store.long_tile();
+  const bool has_home = set.store.tile_count() > TileFinder::kScanTiles && !set.finder.isOutside(h_W);
+  const TileId at_home = has_home ? home() : kNoTile;
+  if (is_far && at_home != kNoTile && !set.cache.isHere(at_home)) {
+    std::vector<TileId> tiles = besideHome(at_home);
+    if (long_tile != kNoTile) tiles.push_back(long_tile);
+    set.cache.readAhead(tiles);
   }
+  if (long_tile != kNoTile) visit(long_tile);
+  if (at_home != kNoTile) {
+    visit(at_home);
+    if (answersAlone(at_home, best.bound2())) return;
+  }
+  if (is_far) return searchFarAway(at_home);
   TileFinder::Walk walk = set.finder.walk(h_W);
   while (const auto hit = walk.next(best.bound2()))
     if (hit->tile != at_home) visit(hit->tile);
+}
+
+// Visits the tiles that searchAll() visits nearby, and reads them in rounds. If everything within the bound is wanted,
+// the first round is long.
+void PointSearch::searchFarAway(TileId at_home) {
+  if (all && std::isfinite(best.bound2())) {
+    const Vector3d reach_W = Vector3d::Constant(std::nextafter(std::sqrt(best.bound2()), kInfinity));
+    set.finder.readPages(BoxRegion({h_W - reach_W, h_W + reach_W}));
+  }
+  TileFinder::Walk walk = set.finder.walk(h_W);
+  internal::TileRounds rounds(set.store, set.cache, all ? internal::TileRounds::kMost : 2);
+  std::vector<double> squared;  // distances of `tiles`
+  std::vector<TileId> tiles;
+  for (std::size_t at = 0;; ++at) {
+    if (at == tiles.size()) {
+      for (const std::size_t end = at + rounds.length(); tiles.size() < end;) {
+        const auto hit = walk.next(best.bound2());
+        if (!hit) break;
+        if (hit->tile == at_home) continue;
+        tiles.push_back(hit->tile);
+        squared.push_back(hit->squared_distance);
+      }
+      if (at == tiles.size()) return;
+      rounds.before(at, tiles);
+    }
+    if (squared[at] > best.bound2()) return;
+    visit(tiles[at]);
+  }
+}
+
+void PointSearch::foresee(TileId at_home, std::vector<TileId>& tiles) {
+  if (const auto engine = at_home == kNoTile ? nullptr : set.cache.engineOf(at_home)) {
+    engine->search(h_W, best);
+    if (answersAlone(at_home, best.bound2())) return;
+  }
+  const std::size_t most = std::isfinite(best.bound2()) ? kPointTogether : 2;
+  TileFinder::Walk walk = set.finder.walk(h_W);
+  for (std::size_t i = 0; i < most; ++i) {
+    const auto hit = walk.next(best.bound2());
+    if (!hit) break;
+    if (hit->tile != at_home) tiles.push_back(hit->tile);
+  }
 }
 
 void PointSearch::searchResident() {
@@ -132,6 +188,33 @@ void PointSearch::searchResident() {
       --left;
     else
       absent2 = std::min(absent2, hit->squared_distance);
+  }
+}
+
+// Reads what the searches of these points will need, many tiles at once: the tiles of the points, then those that may
+// hold something nearer than what is found there. Decides nothing: the searches read what is missing, and report what
+// cannot be read.
+void readBatchAhead(internal::SearchedSet& set, std::span<const Vector3d> points, std::span<const std::size_t> order,
+                    const NearestQuery& query, double limit2) {
+  const auto searchOf = [&](std::size_t i) {
+    return PointSearch{set, points[order[i]], Candidates(query.k, query.epsilon, limit2)};
+  };
+  std::vector<TileId> tiles(order.size(), kNoTile);
+  try {
+    runItems(order.size(), readsAtOnce(set.store), [&](std::size_t i) { tiles[i] = searchOf(i).home(); });
+    const std::vector<TileId> homes = tiles;
+    tiles.push_back(set.store.long_tile());
+    std::erase(tiles, kNoTile);
+    if (!set.cache.readAhead(tiles)) return;
+    std::mutex mutex;
+    runItems(order.size(), readsAtOnce(set.store), [&](std::size_t i) {
+      std::vector<TileId> wanted;
+      searchOf(i).foresee(homes[i], wanted);
+      const std::lock_guard lock(mutex);
+      tiles.insert(tiles.end(), wanted.begin(), wanted.end());
+    });
+    set.cache.readAhead(tiles);
+  } catch (const Error&) {
   }
 }
 
@@ -165,6 +248,7 @@ void Nearest::find(const Vector3d& h_W, const NearestQuery& query, std::vector<N
 
   const double limit2 = std::nextafter(query.max_distance_um * query.max_distance_um, kInfinity);
   PointSearch search{*set_, h_W, Candidates(query.k, query.epsilon, limit2)};
+  search.all = query.k == SIZE_MAX;
   if (query.resident_only)
     search.searchResident();
   else
@@ -184,13 +268,21 @@ void Nearest::forEach(std::span<const Vector3d> points, const NearestQuery& quer
   for (const Vector3d& h_W : points) checkQuery(h_W, query);
   const std::vector<std::size_t> order = curveOrder(set_->store.grid(), points);
 
+  const bool reads_ahead = set_->store.isRemote() && set_->store.tile_count() > TileFinder::kScanTiles &&
+                           points.size() > 1 && query.k > 0 && !query.approximate && !query.resident_only;
+  const double limit2 = std::nextafter(query.max_distance_um * query.max_distance_um, kInfinity);
+
   // Consecutive parts of the curve, so that threads need different tiles.
   const std::size_t parts = std::clamp<std::size_t>(order.size() / kLeastPerThread, 1, std::max(threads, 1u));
   std::atomic<std::size_t> next{0};
   runWorkers(parts, [&](unsigned, const std::atomic<bool>& failed) {
     for (std::size_t part; !failed && (part = next.fetch_add(1)) < parts;) {
       const std::size_t begin = order.size() * part / parts, end = order.size() * (part + 1) / parts;
-      for (std::size_t i = begin; i < end && !failed; ++i) visit(order[i], find(points[order[i]], query));
+      for (std::size_t i = begin; i < end && !failed; ++i) {
+        if (reads_ahead && (i - begin) % kBatchTogether == 0)
+          readBatchAhead(*set_, points, std::span(order).subspan(i, std::min(kBatchTogether, end - i)), query, limit2);
+        visit(order[i], find(points[order[i]], query));
+      }
     }
   });
 }

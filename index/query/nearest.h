@@ -9,9 +9,11 @@
 // (cell, segment). So the result depends neither on the tiling, nor the engine, nor the tiles in memory.
 //
 // Few tiles are read. A point inside the content of a tile is first searched there, which is usually enough. Other
-// tiles are searched nearest first, as the tile finder lists them, until no other tile can hold a nearer segment. From
-// a set at an address, the tile of the point is read together with the three nearest ones of its page of the directory;
-// the results, with `tiles_read`, are those of a folder.
+// tiles are searched nearest first, as the tile finder lists them, until no other tile can hold a nearer segment.
+// From a set at an address, tiles are read many at once: the tile of a point with the three nearest ones of its page of
+// the directory, and the tiles that a box, a ray, a radius or the next points of a batch need. The results, with
+// `tiles_read`, are those of a folder. Tiles that wait for their use take up to half of `budget_bytes`, or the space of
+// 64 tiles, in addition.
 // Thread rule: internally synchronised; the haptic thread must not call it.
 #pragma once
 

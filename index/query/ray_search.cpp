@@ -2,6 +2,7 @@
 #include "index/errors.h"
 #include "index/geometry/closest_point.h"
 #include "index/query/internal/searched_set.h"
+#include "index/query/internal/tile_rounds.h"
 #include "index/query/nearest.h"
 
 #include <algorithm>
@@ -82,9 +83,14 @@ std::vector<RayHit> Nearest::alongRay(const RayQuery& ray) const {
     if (hits.size() > ray.most) hits.erase(hits.begin() + static_cast<std::ptrdiff_t>(ray.most), hits.end());
   };
   std::uint32_t tiles_read = 0, tiles_searched = 0;
+  std::vector<TileId> tiles;
+  for (const auto& hit : order) tiles.push_back(hit.second);
+  constexpr std::size_t kFirstRound = 4;
+  internal::TileRounds rounds(set_->store, set_->cache,
+                              ray.most == SIZE_MAX ? internal::TileRounds::kMost : kFirstRound);
   for (const auto& [entry, tile_id] : order) {
     if (hits.size() == ray.most && (hits.empty() || entry > hits.back().along_um)) break;
-    ++tiles_searched;
+    rounds.before(tiles_searched++, tiles);
     set_->forEachIn(region, tile_id, tiles_read, [&](const Tile& tile, std::uint32_t s) {
       const ClosestApproach c = closestApproach(tile.position_W(tile.child(s)), tile.position_W(tile.parent(s)),
                                                 region.origin_W, region.direction);

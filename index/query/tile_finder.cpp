@@ -2,6 +2,8 @@
 
 #include "index/file/internal/read_once.h"
 #include "index/query/internal/box_levels.h"
+#include "index/set/reads_at_once.h"
+#include "index/workers.h"
 
 #include <algorithm>
 #include <limits>
@@ -139,7 +141,25 @@ std::vector<TileFinder::Hit> TileFinder::within(const Vector3d& h_W, double squa
   return hits;
 }
 
+void TileFinder::readPages(const Region& region) const {
+  const TileStore& store = impl_->store;
+  if (!store.isRemote()) return;
+  const auto meets = [&](const GridBox& content) { return !content.empty() && region.mayMeet(impl_->box(content)); };
+  std::vector<std::uint32_t> groups, pages;
+  for (std::uint32_t group = 0; group < impl_->group_count; ++group)
+    if (meets(store.groupContent(group))) groups.push_back(group);
+  runItems(groups.size(), readsAtOnce(store),
+           [&](std::size_t i) { store.pageContent(groups[i] * impl_->group_pages); });
+  for (const std::uint32_t group : groups) {
+    const std::uint32_t first = group * impl_->group_pages;
+    for (std::uint32_t page = first; page < std::min(impl_->page_count, first + impl_->group_pages); ++page)
+      if (meets(store.pageContent(page))) pages.push_back(page);
+  }
+  runItems(pages.size(), readsAtOnce(store), [&](std::size_t i) { store.entry(pages[i] * impl_->page_tiles); });
+}
+
 std::vector<std::pair<TileId, WorldBox>> TileFinder::meeting(const Region& region) const {
+  readPages(region);
   const Impl::Root& root = impl_->open();
   std::vector<std::pair<TileId, WorldBox>> hits;
   if (root.scanned) {

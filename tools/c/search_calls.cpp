@@ -52,6 +52,7 @@ class HitWriter {
   std::vector<filiform_hit> all(const std::vector<Result>& results) {
     std::vector<filiform_hit> hits;
     hits.reserve(results.size());
+    set_.samples.readAhead(results);
     for (const Result& result : results) hits.push_back((*this)(result));
     return hits;
   }
@@ -108,11 +109,10 @@ int filiform_nearest(filiform_set* set, const double point_um[3], const filiform
     const HeldSet held(set, "set");
     const NearestQuery asked = queryFrom(optionsOr(query, "query"));
     required(hits, "hits");
-    HitWriter write(**held);
-    std::size_t written = 0;
-    for (const NearestResult& result : (*held)->nearest.find(pointFrom(point_um, "point_um"), asked))
-      hits[written++] = write(result);
-    *count = written;
+    const std::vector<filiform_hit> found =
+        HitWriter(**held).all((*held)->nearest.find(pointFrom(point_um, "point_um"), asked));
+    std::copy(found.begin(), found.end(), hits);
+    *count = found.size();
   });
 }
 
@@ -130,6 +130,7 @@ int filiform_nearest_many(filiform_set* set, const double* points_um, size_t poi
     std::vector<Vector3d> at(points);
     for (std::size_t i = 0; i < points; ++i) at[i] = pointFrom(points_um + 3 * i, "points_um");
     const auto found = (*held)->nearest.findAll(at, asked, std::clamp(wanted.threads, std::uint32_t{1}, kMostThreads));
+    (*held)->samples.readAhead(found);
     HitWriter write(**held);
     for (std::size_t i = 0; i < points; ++i) {
       filiform_hit* const row = hits + i * asked.k;

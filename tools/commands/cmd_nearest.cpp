@@ -4,6 +4,7 @@
 #include "index/ranks/rank_points.h"
 #include "index/set/tile_set.h"
 #include "index/text.h"
+#include "index/workers.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/shared/nearest_rows.h"
 #include "tools/commands/shared/point_file.h"
@@ -70,7 +71,9 @@ struct Search {
 
   void box() const {
     const std::vector<double> c = numbers("--box", a.box);
-    for (const NearestResult& r : nearest.inBox({c[0], c[1], c[2]}, {c[3], c[4], c[5]})) {
+    const std::vector<NearestResult> found = nearest.inBox({c[0], c[1], c[2]}, {c[3], c[4], c[5]});
+    text.readAhead(found);
+    for (const NearestResult& r : found) {
       std::string row;
       text.append(row, 0, r);
       writer.write(row);
@@ -85,7 +88,9 @@ struct Search {
                        .slope = a.slope,
                        .most = a.k};
     std::uint32_t rank = 0;
-    for (const RayHit& hit : nearest.alongRay(ray)) {
+    const std::vector<RayHit> hits = nearest.alongRay(ray);
+    text.readAhead(hits);
+    for (const RayHit& hit : hits) {
       const NearestResult r{rank++, hit.distance_um, hit.p_W,           hit.segment, hit.t, hit.tile,
                             true,   hit.tiles_read,  hit.tiles_searched};
       std::string row;
@@ -97,9 +102,15 @@ struct Search {
   // The rows of each point of a part; `first`: the number of position 0.
   std::vector<std::string> rowsOf(const PointPart& part, std::size_t first) const {
     std::vector<std::string> rows(part.points.size());
-    nearest.forEach(part.points, queryOf(a), a.threads, [&](std::size_t i, const std::vector<NearestResult>& results) {
+    std::vector<std::vector<NearestResult>> found(rows.size());
+    nearest.forEach(part.points, queryOf(a), a.threads, [&](std::size_t i, std::vector<NearestResult>&& results) {
       throwIfInterrupted();
-      for (const NearestResult& r : results) text.append(rows[i], first + part.positions[i], r);
+      found[i] = std::move(results);
+    });
+    text.readAhead(found);
+    runItems(rows.size(), a.threads, [&](std::size_t i) {
+      for (const NearestResult& r : found[i]) text.append(rows[i], first + part.positions[i], r);
+      found[i] = {};
     });
     return rows;
   }

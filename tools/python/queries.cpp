@@ -1,6 +1,7 @@
 // SetHandle in Python: nearest segments, boxes, rays.
 #include "index/errors.h"
 #include "index/geometry/closest_point.h"
+#include "index/workers.h"
 #include "tools/python/internal/arguments.h"
 #include "tools/python/internal/bindings.h"
 #include "tools/python/internal/calls.h"
@@ -11,6 +12,7 @@
 #include <limits>
 #include <map>
 #include <numeric>
+#include <span>
 #include <unistd.h>
 
 namespace filiform::python {
@@ -91,10 +93,18 @@ py::object nearest(SetHandle& handle, py::handle points_value, py::handle k_valu
       write(0, open->nearest().find(points.points[0], query));
     } else {
       SignalCheck check;
-      open->nearest().forEach(points.points, query, workers, [&](std::size_t i, std::vector<NearestResult>&& results) {
-        write(i, results);
-        check();
-      });
+      constexpr std::size_t kRows = std::size_t{1} << 18, kLeast = 4096;
+      const std::size_t at_once = std::max(kLeast, kRows / std::max<std::size_t>(query.k, 1));
+      for (std::size_t begin = 0; begin < points.points.size(); begin += at_once) {
+        const auto some = std::span(points.points).subspan(begin, std::min(at_once, points.points.size() - begin));
+        std::vector<std::vector<NearestResult>> found(some.size());
+        open->nearest().forEach(some, query, workers, [&](std::size_t i, std::vector<NearestResult>&& results) {
+          found[i] = std::move(results);
+          check();
+        });
+        open->readAhead(found);
+        runItems(some.size(), workers, [&](std::size_t i) { write(begin + i, found[i]); });
+      }
     }
   }
   if (!points.outer_shape.empty() || !ranks.single) return array;
@@ -141,6 +151,7 @@ py::tuple foundArrays(const OpenSet& open, const std::vector<NearestResult>& res
   std::vector<double> values;
   {
     const py::gil_scoped_release released;
+    open.readAhead(results);
     for (std::size_t i = 0; i < results.size(); ++i) row[i] = rowOf(open, results[i]);
     if (want_ends) values = endsOfHits(open.set(), results);
   }
@@ -188,6 +199,7 @@ py::array ray(SetHandle& handle, py::handle origin, py::handle direction, py::ha
   {
     const py::gil_scoped_release released;
     hits = open->nearest().alongRay(query);
+    open->readAhead(hits);
   }
   py::array_t<RayRow> rows(static_cast<py::ssize_t>(hits.size()));
   RayRow* row = rows.mutable_data();

@@ -2,7 +2,10 @@
 
 #include "index/errors.h"
 #include "index/query/cell_graph.h"
+#include "index/set/reads_at_once.h"
+#include "index/workers.h"
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -46,6 +49,21 @@ std::shared_ptr<const SampleIds::OfCell> SampleIds::cell(std::uint32_t cell) {
     order_.pop_back();
   }
   return ids;
+}
+
+void SampleIds::readAhead(std::vector<std::uint32_t> cells) {
+  if (!store_.isRemote()) return;
+  std::sort(cells.begin(), cells.end());
+  cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
+  {
+    const std::lock_guard lock(mutex_);
+    std::erase_if(cells, [&](std::uint32_t one) { return kept_.contains(one); });
+  }
+  if (cells.size() < 2) return;
+  try {
+    runItems(cells.size(), mostReadThreads(), [&](std::size_t i) { cell(cells[i]); });
+  } catch (const Error&) {
+  }
 }
 
 std::uint64_t SampleIds::bytes() const {

@@ -10,6 +10,7 @@
 #include <mutex>
 #include <unordered_map>
 #include <utility>
+#include <vector>
 
 namespace filiform {
 class TileStore;
@@ -40,6 +41,23 @@ class SampleIds {
   };
   // Throws as childSampleIds() does. O(1) if the cell is kept.
   std::shared_ptr<const OfCell> cell(std::uint32_t cell);
+  // From a set at an address, reads the ids of cells, many at once, for calls of cell() that follow. A cell that cannot
+  // be read is left to cell().
+  void readAhead(std::vector<std::uint32_t> cells);
+  // The same for the cells of the first `most` results of a query.
+  template <typename Result>
+  void readAhead(const std::vector<Result>& results, std::size_t most = SIZE_MAX) {
+    std::vector<std::uint32_t> cells;
+    for (std::size_t i = 0; i < results.size() && i < most; ++i) cells.push_back(results[i].segment.cell);
+    readAhead(std::move(cells));
+  }
+  template <typename Result>
+  void readAhead(const std::vector<std::vector<Result>>& results) {
+    std::vector<std::uint32_t> cells;
+    for (const auto& some : results)
+      for (const Result& result : some) cells.push_back(result.segment.cell);
+    readAhead(std::move(cells));
+  }
 
   std::uint64_t bytes() const;
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "index/errors.h"
+#include "index/set/reads_at_once.h"
 #include "index/set/tile_store.h"
 #include "index/tile/tile_engine.h"
 #include "index/workers.h"
@@ -12,10 +13,14 @@
 #include <atomic>
 #include <cstdint>
 #include <deque>
+#include <iterator>
+#include <list>
 #include <memory>
 #include <mutex>
 #include <span>
 #include <string>
+#include <unordered_map>
+#include <unordered_set>
 #include <utility>
 #include <vector>
 
@@ -23,7 +28,7 @@ namespace filiform::internal {
 
 struct SearchTile {
   std::shared_ptr<const Tile> tile;
-  std::unique_ptr<const TileEngine> engine;
+  std::shared_ptr<const TileEngine> engine;
   std::uint64_t bytes;
 };
 
@@ -35,6 +40,8 @@ class TileCache {
   };
 
  public:
+  static constexpr std::size_t kLeastAhead = 64;
+
   // `engine`: see makeTileEngine().
   TileCache(const TileStore& store, std::string engine, std::uint64_t budget_bytes)
       : store_(store),
@@ -82,12 +89,9 @@ class TileCache {
   // Reads without the lock: two threads may read the same tile, and one copy is kept.
   Lease get(TileId tile, std::uint32_t& reads) {
     if (Lease found = find(tile)) return found;
-    auto read = std::make_unique<SearchTile>();
-    read->tile = takeAhead(tile);
-    if (read->tile == nullptr) read->tile = store_.load(tile);
+    std::unique_ptr<const SearchTile> read = takeAhead(tile);
+    if (read == nullptr) read = std::make_unique<SearchTile>(load(tile));
     ++reads;
-    read->engine = makeTileEngine(engine_, read->tile);
-    read->bytes = read->tile->bytes() + read->engine->bytes();
     const std::lock_guard lock(mutex_);
     Slot& slot = madeSlot(tile);
     if (slot.tile.load() == nullptr) {
@@ -102,30 +106,40 @@ class TileCache {
     return lease;
   }
 
-  // Reads those of the tiles that are not here, all at once. They count as read when get() takes them, so that results
-  // do not depend on where the set is. A tile that cannot be read is left to get().
-  void readAhead(std::span<const TileId> tiles) {
+  // Reads those of the tiles that are not here, many at once; none if only one is missing. They count as read when
+  // get() takes them, so that results do not depend on where the set is. Until then they take at most half of the
+  // budget, or the space of kLeastAhead tiles: of a longer list, the first are read. Returns false if a read failed;
+  // get() tries it again.
+  bool readAhead(std::span<const TileId> tiles) {
+    const std::size_t most = mostAhead();
+    std::unordered_set<TileId> wanted;
     std::vector<TileId> absent;
     {
       const std::lock_guard lock(mutex_);
-      for (const TileId tile : tiles)
-        if (!isHere(tile) && aheadOf(tile) == ahead_.end()) absent.push_back(tile);
-    }
-    if (absent.size() < 2) return;
-    std::vector<std::shared_ptr<const Tile>> read(absent.size());
-    std::atomic<std::size_t> next{0};
-    runWorkers(absent.size(), [&](unsigned, const std::atomic<bool>&) {
-      for (std::size_t i; (i = next.fetch_add(1)) < absent.size();) {
-        try {
-          read[i] = store_.load(absent[i]);
-        } catch (const Error&) {
-        }
+      for (const TileId tile : tiles) {
+        if (isHere(tile) || wanted.size() == most || !wanted.insert(tile).second) continue;
+        if (const auto at = ahead_places_.find(tile); at == ahead_places_.end())
+          absent.push_back(tile);
+        else
+          ahead_.splice(ahead_.end(), ahead_, at->second);
       }
-    });
+    }
+    if (absent.size() < 2) return true;
+    std::sort(absent.begin(), absent.end());
+    try {
+      runItems(absent.size(), mostReadThreads(), [&](std::size_t i) { keepAhead(load(absent[i])); });
+    } catch (const Error&) {
+      return false;
+    }
+    return true;
+  }
+
+  // The engine of a tile that is here or was read ahead, which stays where it is; nullptr: neither.
+  std::shared_ptr<const TileEngine> engineOf(TileId tile) {
+    if (const Lease here = find(tile)) return here->engine;
     const std::lock_guard lock(mutex_);
-    for (std::shared_ptr<const Tile>& tile : read)
-      if (tile != nullptr) ahead_.push_back(std::move(tile));
-    while (ahead_.size() > kMostAhead) ahead_.pop_front();
+    const auto at = ahead_places_.find(tile);
+    return at == ahead_places_.end() ? nullptr : at->second->engine;
   }
 
   bool isHere(TileId tile) const {
@@ -147,7 +161,6 @@ class TileCache {
   }
 
  private:
-  static constexpr std::size_t kMostAhead = 32;
   static constexpr TileId kPageSlots = 256;
   using Page = std::array<Slot, kPageSlots>;
 
@@ -162,16 +175,37 @@ class TileCache {
     return (*page.load())[tile % kPageSlots];
   }
 
-  std::deque<std::shared_ptr<const Tile>>::iterator aheadOf(TileId tile) {
-    return std::find_if(ahead_.begin(), ahead_.end(), [&](const auto& read) { return read->id() == tile; });
+  SearchTile load(TileId tile) const {
+    SearchTile read{store_.load(tile), nullptr, 0};
+    read.engine = makeTileEngine(engine_, read.tile);
+    read.bytes = read.tile->bytes() + read.engine->bytes();
+    return read;
   }
 
-  std::shared_ptr<const Tile> takeAhead(TileId tile) {
+  std::size_t mostAhead() const {
+    const std::uint64_t a_tile = 1 + store_.decodedBytes() / std::max<std::uint64_t>(store_.tile_count(), 1);
+    return std::max<std::uint64_t>(kLeastAhead, budget_bytes_ / 2 / a_tile);
+  }
+  void keepAhead(SearchTile&& read) {
+    const TileId tile = read.tile->id();
     const std::lock_guard lock(mutex_);
-    const auto at = aheadOf(tile);
-    if (at == ahead_.end()) return nullptr;
-    std::shared_ptr<const Tile> taken = std::move(*at);
+    if (isHere(tile) || ahead_places_.contains(tile)) return;  // another thread was faster
+    ahead_bytes_ += read.bytes;
+    ahead_.push_back(std::move(read));
+    ahead_places_[tile] = std::prev(ahead_.end());
+    while (ahead_bytes_ > budget_bytes_ / 2 && ahead_.size() > kLeastAhead) dropAhead(ahead_.begin());
+  }
+  std::unique_ptr<const SearchTile> takeAhead(TileId tile) {
+    const std::lock_guard lock(mutex_);
+    const auto at = ahead_places_.find(tile);
+    return at == ahead_places_.end() ? nullptr : dropAhead(at->second);
+  }
+  // The caller holds the mutex.
+  std::unique_ptr<const SearchTile> dropAhead(std::list<SearchTile>::iterator at) {
+    auto taken = std::make_unique<const SearchTile>(std::move(*at));
+    ahead_places_.erase(taken->tile->id());
     ahead_.erase(at);
+    ahead_bytes_ -= taken->bytes;
     return taken;
   }
 
@@ -201,7 +235,9 @@ class TileCache {
   std::deque<TileId> order_;                                                  // the oldest first
   std::vector<std::pair<Slot*, std::unique_ptr<const SearchTile>>> dropped_;  // perhaps still leased
   std::uint64_t bytes_ = 0;
-  std::deque<std::shared_ptr<const Tile>> ahead_;  // read ahead and not used yet
+  std::list<SearchTile> ahead_;  // read ahead and not used yet, the oldest first
+  std::unordered_map<TileId, std::list<SearchTile>::iterator> ahead_places_;
+  std::uint64_t ahead_bytes_ = 0;
 };
 
 }  // namespace filiform::internal

@@ -66,5 +66,68 @@ TEST_F(NearestRemoteTest, TilesThatComeNextAreReadTogether) {
   EXPECT_EQ(slow_->reads, all) << "tiles in memory are not read again, nor others beside them";
 }
 
+// The searches that need many tiles, with little and much memory for tiles: the largest number of reads under way.
+class ManyTilesAtOnceTest : public NearestRemoteTest, public ::testing::WithParamInterface<std::uint64_t> {
+ protected:
+  template <typename Result>
+  static void expectSame(const std::vector<Result>& a, const std::vector<Result>& b) {
+    ASSERT_EQ(a.size(), b.size());
+    for (std::size_t i = 0; i < a.size(); ++i) {
+      EXPECT_EQ(a[i].segment, b[i].segment);
+      EXPECT_EQ(a[i].distance_um, b[i].distance_um);
+      EXPECT_EQ(a[i].tile, b[i].tile);
+      EXPECT_EQ(a[i].tiles_read, b[i].tiles_read);
+      EXPECT_EQ(a[i].tiles_searched, b[i].tiles_searched);
+    }
+  }
+  const NearestOptions options_{.budget_bytes = GetParam()};
+  const Nearest nearby_{*near_, options_}, far_away_{*far_, options_};
+};
+
+TEST_P(ManyTilesAtOnceTest, Box) {
+  const Vector3d corner_W = Vector3d::Constant(120);
+  const std::vector<NearestResult> found = far_away_.inBox(-corner_W, corner_W);
+  ASSERT_GT(found.at(0).tiles_searched, 64u) << "several rounds";
+  expectSame(nearby_.inBox(-corner_W, corner_W), found);
+  EXPECT_GE(slow_->most_under_way, 16);
+  EXPECT_LE(static_cast<std::uint32_t>(slow_->reads), found[0].tiles_searched) << "no tile is read twice";
+}
+
+TEST_P(ManyTilesAtOnceTest, Ray) {
+  RayQuery ray{.origin_W = Vector3d(-400, 3, 5), .direction = Vector3d(1, .1, .05), .radius_um = 20};
+  const std::vector<RayHit> found = far_away_.alongRay(ray);
+  ASSERT_FALSE(found.empty());
+  expectSame(nearby_.alongRay(ray), found);
+  EXPECT_GE(slow_->most_under_way, 8);
+  EXPECT_LE(static_cast<std::uint32_t>(slow_->reads), found[0].tiles_searched);
+  ray.most = 2;
+  expectSame(Nearest(*near_, options_).alongRay(ray), Nearest(*far_, options_).alongRay(ray));
+}
+
+TEST_P(ManyTilesAtOnceTest, Radius) {
+  const NearestQuery query{.k = SIZE_MAX, .max_distance_um = 100};
+  const std::vector<NearestResult> found = far_away_.find(Vector3d(1, 2, 3), query);
+  ASSERT_FALSE(found.empty());
+  expectSame(nearby_.find(Vector3d(1, 2, 3), query), found);
+  EXPECT_GE(slow_->most_under_way, 16);
+  EXPECT_LE(static_cast<std::uint32_t>(slow_->reads), found[0].tiles_searched + 4);
+}
+
+TEST_P(ManyTilesAtOnceTest, Batch) {
+  const std::vector<Vector3d> points = places(43, 100);
+  const NearestQuery query{.k = 2};
+  const auto found = far_away_.findAll(points, query), expected = nearby_.findAll(points, query);
+  for (std::size_t i = 0; i < points.size(); ++i) expectSame(expected[i], found[i]);
+  EXPECT_GE(slow_->most_under_way, 16) << "seed 43";
+}
+
+TEST_P(ManyTilesAtOnceTest, TileThatFailsOnceIsReadAgain) {
+  const_cast<test::SlowFolder*>(slow_)->fail_at = 10;
+  const Vector3d corner_W = Vector3d::Constant(120);
+  expectSame(nearby_.inBox(-corner_W, corner_W), far_away_.inBox(-corner_W, corner_W));
+}
+
+INSTANTIATE_TEST_SUITE_P(Memory, ManyTilesAtOnceTest, ::testing::Values(0, UINT64_MAX));
+
 }  // namespace
 }  // namespace filiform

@@ -4,9 +4,13 @@
 #include "tests/support/scenes/memory_store.h"
 #include "tests/support/scenes/random_cells.h"
 
+#include <algorithm>
 #include <atomic>
+#include <numeric>
 #include <random>
+#include <span>
 #include <thread>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -78,6 +82,44 @@ TEST_F(SearchTiles, ThreadsThatEvictEachOthersTilesSeeTheRightOnes) {
     });
   for (std::thread& thread : threads) thread.join();
   EXPECT_EQ(wrong, 0);
+}
+
+TEST_F(SearchTiles, TilesReadAheadCountOnceAndOnlyWhenUsed) {
+  TileCache cache(store_, "packed", UINT64_MAX);
+  const std::vector<TileId> tiles{5, 2, 9, 2};
+  EXPECT_TRUE(cache.readAhead(tiles));
+  EXPECT_TRUE(cache.readAhead(tiles));
+  EXPECT_EQ(store_.loads().size(), 3u);
+  EXPECT_FALSE(cache.isHere(2));
+  EXPECT_NE(cache.engineOf(2), nullptr);
+  EXPECT_EQ(cache.engineOf(3), nullptr);
+  EXPECT_EQ(cache.get(2, reads_)->tile->id(), 2u);
+  EXPECT_EQ(reads_, 1u);
+  EXPECT_EQ(store_.loads(2), 1u);
+}
+
+TEST_F(SearchTiles, TilesReadAheadTakeLittleMemory) {
+  std::vector<TileId> all(store_.tile_count());
+  std::iota(all.begin(), all.end(), 0);
+  ASSERT_GT(all.size(), 3 * TileCache::kLeastAhead);
+  const auto largestOf = [&](std::span<const TileId> tiles) {
+    std::uint64_t largest = 0;
+    for (const TileId tile : tiles) largest = std::max(largest, store_.entry(tile).decoded_bytes);
+    return largest;
+  };
+  TileCache cache(store_, "packed", 0);
+  for (std::size_t first = 0; first < all.size(); first += 100)
+    cache.readAhead(std::span(all).subspan(first, std::min<std::size_t>(100, all.size() - first)));
+  EXPECT_LE(store_.heldBytes(), TileCache::kLeastAhead * largestOf(all));
+  EXPECT_GT(store_.heldBytes(), 0u);
+}
+
+TEST_F(SearchTiles, TileThatCannotBeReadAheadIsLeftToItsUse) {
+  store_.failLoads(4);
+  TileCache cache(store_, "packed", UINT64_MAX);
+  EXPECT_FALSE(cache.readAhead(std::vector<TileId>{3, 4, 5}));
+  EXPECT_EQ(cache.get(3, reads_)->tile->id(), 3u);
+  EXPECT_THROW(cache.get(4, reads_), CorruptTile);
 }
 
 }  // namespace

@@ -19,6 +19,11 @@ class NearestRowText {
   // The set must outlive this object.
   NearestRowText(const TileSet& set, bool json);
 
+  // Reads what append() needs for these results; see SampleIds::readAhead().
+  template <typename Results>
+  void readAhead(const Results& results) {
+    sample_ids_.readAhead(results);
+  }
   // Appends a row for the point with this number; `along`: of a ray. Throws as SampleIds::cell() does.
   void append(std::string& text, std::size_t query, const NearestResult& result, std::optional<double> along = {});
 

@@ -29,6 +29,11 @@ class OpenSet {
   // The id in the file of a segment's child sample. O(1) for the cell that this thread asked for last. Throws
   // CorruptSet, IoError.
   std::int64_t sampleOf(const SegmentId& segment) const;
+  // Reads what sampleOf() needs for these results; see SampleIds::readAhead().
+  template <typename Results>
+  void readAhead(const Results& results) const {
+    sample_ids_.readAhead(results);
+  }
   // nullptr: the set has none. Opened at the first call, O(tiles). Throws CorruptSet, IoError.
   const Levels* levels() const;
 

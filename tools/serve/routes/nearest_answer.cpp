@@ -90,7 +90,9 @@ Answer nearestAnswer(const Call& call) {
     TimedStore::check();
     const auto some = std::span(asked.points).subspan(begin, std::min(at_once, asked.points.size() - begin));
     std::size_t i = begin;
-    for (const std::vector<NearestResult>& results : call.served->nearest().findAll(some, query)) {
+    const std::vector<std::vector<NearestResult>> found = call.served->nearest().findAll(some, query);
+    call.served->sampleIds().readAhead(found);
+    for (const std::vector<NearestResult>& results : found) {
       const std::size_t sent = std::min(results.size(), asked.query.k);
       for (std::size_t r = 0; r < sent; ++r) rows.add(i, results[r]);
       if (sent < results.size()) rows.truncate();
@@ -110,6 +112,7 @@ Answer boxAnswer(const Call& call) {
                            " segments; ask for smaller boxes");
   SegmentRows rows(*call.served, wantsNpy(call.request), false);
   const std::vector<NearestResult> found = call.served->nearest().inBox(lo_W, hi_W);
+  call.served->sampleIds().readAhead(found, most);
   for (std::size_t i = 0; i < std::min(found.size(), most); ++i) {
     if (i % kAtOnce == 0) TimedStore::check();
     rows.add(0, found[i]);
@@ -130,6 +133,7 @@ Answer rayAnswer(const Call& call) {
                .most = most + 1};  // one more shows that there are more
   SegmentRows rows(*call.served, wantsNpy(call.request), true);
   const std::vector<RayHit> hits = call.served->nearest().alongRay(ray);
+  call.served->sampleIds().readAhead(hits, most);
   for (std::size_t i = 0; i < std::min(hits.size(), most); ++i) {
     const RayHit& hit = hits[i];
     const NearestResult result{static_cast<std::uint32_t>(i),
