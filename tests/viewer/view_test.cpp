@@ -305,7 +305,7 @@ TEST_F(ViewInShort, ALargePictureIsDrawnBesideTheFramesAndCanBeCancelled) {
   });
   // Quitting does not wait for a picture that is being drawn.
   act("P");
-  send("key q");
+  send("key --delay 3 q q");  // asks, then quits
   EXPECT_EQ(ended(), 0) << test::readBytes(*folder_ / "err");
 }
 

@@ -187,7 +187,7 @@ void addView(CLI::App& app, Chosen& chosen) {
   command->add_option("--stiffness", a->stiffness_N_m, "stiffness of the spring to the proxy, N/m");
   command->add_option("--budget", a->budget,
                       "use at most this memory for the tiles near the hand, such as 64MiB; default: no limit");
-  command->add_option("--segments", a->segments, "draw at most N segments; default: by the graphics driver");
+  command->add_option("--segments", a->segments, "draw at most N segments; default: by the time of frames");
   command
       ->add_option("-o,--output,--record", a->record,
                    "record the hand, for --device replay:FILE; also writes FILE.json")

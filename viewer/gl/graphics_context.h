@@ -24,6 +24,16 @@ class GraphicsContext {
   virtual std::string description() const = 0;
 };
 
+// What OpenGL reported as errors.
+struct GraphicsErrors {
+  std::string text;  // of the first one; empty: none
+  bool out_of_memory = false;
+};
+// Collects the errors of the current context from now on, with the driver's words if it has KHR_debug.
+void watchGraphicsErrors();
+// The errors since the last call. Asks the driver: a round trip.
+GraphicsErrors takeGraphicsErrors();
+
 // The description of the current context.
 std::string describeCurrentContext();
 // True for a renderer that runs on the processor: a picture of a million segments then takes seconds.

@@ -36,7 +36,10 @@ class OffscreenContext final : public GraphicsContext {
     requireLibraries();
     std::string why = "EGL lists no device";
     for (const EGLDisplay display : displays()) {
-      if (open(display, why)) return;
+      if (open(display, why)) {
+        watchGraphicsErrors();
+        return;
+      }
       eglTerminate(display);
     }
     fail(why);

@@ -24,7 +24,7 @@ using internal::CardBatch;
 using internal::listPieces;
 using internal::Piece;
 using internal::Program;
-using internal::requireRoom;
+using internal::requireNoError;
 using internal::Stage;
 using internal::Target;
 
@@ -107,13 +107,16 @@ struct Renderer::Impl {
   std::map<std::array<int, 3>, Program> compose;  // by mode, samples and shading; compiled when first needed
   std::map<BatchId, CardBatch> batches;
   std::array<Target, 2> eyes;
-  Target whole, whole_right;  // the second for quad-buffer stereo only
-  bool quad_buffer = false;   // the last picture is one
-  GLuint nothing = 0;         // empty vertex array of the composing pass
+  // The last picture, and the one under way; for quad-buffer stereo also of the right eye.
+  std::array<Target, 2> wholes, wholes_right;
+  std::size_t last = 0;      // of `wholes`
+  bool quad_buffer = false;  // the last picture is one
+  GLuint nothing = 0;        // empty vertex array of the composing pass
   GLint largest_texture = 0;
   std::uint64_t bytes = 0;
   Job job;
 
+  const Target& whole() const { return wholes[last]; }
   void remove(BatchId id);
   Program& drawingLines(bool fade);
   Program& composing(StereoMode mode, int samples, bool shaded);
@@ -132,6 +135,7 @@ Renderer::Renderer(GraphicsContext& context) {
 }
 
 Renderer::~Renderer() {
+  glUseProgram(0);  // a deleted program would be restored by whoever draws next with another one
   while (!impl_->batches.empty()) impl_->remove(impl_->batches.begin()->first);
   glDeleteVertexArrays(1, &impl_->nothing);
 }
@@ -139,6 +143,7 @@ Renderer::~Renderer() {
 void Renderer::Impl::remove(BatchId id) {
   const auto found = batches.find(id);
   if (found == batches.end()) return;
+  job.under_way = false;
   bytes -= found->second.bytes();
   batches.erase(found);
 }
@@ -147,11 +152,15 @@ void Renderer::remove(BatchId id) { impl_->remove(id); }
 std::uint64_t Renderer::bytes() const { return impl_->bytes; }
 void Renderer::show(BatchId id, bool shown) {
   const auto found = impl_->batches.find(id);
-  if (found != impl_->batches.end()) found->second.shown = shown;
+  if (found == impl_->batches.end() || found->second.shown == shown) return;
+  found->second.shown = shown;
+  impl_->job.under_way = false;
 }
+bool Renderer::isUnderWay() const { return impl_->job.under_way; }
 
 void Renderer::put(BatchId id, const NeuriteBatch& batch, Layer layer) {
   if (batch.segments.empty()) return remove(id);
+  impl_->job.under_way = false;
   CardBatch& on_card = impl_->batches[id];
   impl_->bytes += batch.segments.size() * sizeof(DrawnSegment) - on_card.bytes();
   on_card.put(batch, layer);
@@ -292,10 +301,10 @@ void Renderer::Impl::composeRows(int first_row, int rows) {
     glDisable(GL_SCISSOR_TEST);
   };
   if (options.stereo == StereoMode::quad_buffer) {
-    composeInto(whole_right, 1, 1, StereoMode::mono);
-    composeInto(whole, 0, 0, StereoMode::mono);
+    composeInto(wholes_right[1 - last], 1, 1, StereoMode::mono);
+    composeInto(wholes[1 - last], 0, 0, StereoMode::mono);
   } else {
-    composeInto(whole, 0, job.eyes - 1, options.stereo);
+    composeInto(wholes[1 - last], 0, job.eyes - 1, options.stereo);
   }
   for (const GLuint unit : {3U, 2U, 1U, 0U}) bindPicture(unit, 0);
 }
@@ -308,8 +317,7 @@ RenderFigures Renderer::Impl::start(const std::array<EyeView, 2>& views, const R
                      " pixels: each side must be 1 to " + std::to_string(kMaxSize));
   int samples = std::clamp(options.samples, 1, 4);
   while (samples > 1 && samples * std::max(size.width, size.height) > largest_texture) samples /= 2;
-  quad_buffer = options.stereo == StereoMode::quad_buffer;
-  if (quad_buffer && !contextHasQuadBuffer())
+  if (options.stereo == StereoMode::quad_buffer && !contextHasQuadBuffer())
     throw GraphicsError(
         "this display has no quad-buffer stereo; choose anaglyph, side-by-side, top-bottom or row-interleaved");
 
@@ -367,7 +375,9 @@ double Renderer::advance(double most_ms) {
     if (rows < left && since_ms(begin) >= most_ms) return job.done();
   }
   job.under_way = false;
-  requireRoom("the picture");
+  r.last = 1 - r.last;
+  r.quad_buffer = job.options.stereo == StereoMode::quad_buffer;
+  requireNoError("the picture");
   return 1;
 }
 
@@ -387,7 +397,7 @@ Picture Renderer::read() const {
 }
 
 bool Renderer::readMore(Picture& picture, int most_rows) const {
-  const PictureSize& size = impl_->whole.size();
+  const PictureSize& size = impl_->whole().size();
   const std::size_t row = static_cast<std::size_t>(size.width) * 3;
   if (size.width == 0) return true;
   if (picture.rgb.empty()) {
@@ -395,7 +405,7 @@ bool Renderer::readMore(Picture& picture, int most_rows) const {
     picture.rgb.reserve(row * static_cast<std::size_t>(size.height));
   }
   const int done = static_cast<int>(picture.rgb.size() / row), rows = std::min(most_rows, size.height - done);
-  impl_->whole.bind();
+  impl_->whole().bind();
   appendRows(picture, size.height - done - rows, rows);
   return done + rows == size.height;
 }
@@ -407,12 +417,19 @@ Picture Renderer::readWindow(const PictureSize& window) {
   return picture;
 }
 
-void Renderer::finish() const { glFinish(); }
+void Renderer::finish() const {
+  glFinish();
+  if (impl_->whole().size().width == 0) return;
+  // Some drivers, those of browsers among them, wait for no less than a pixel.
+  std::array<std::uint8_t, 4> pixel{};
+  impl_->whole().bind();
+  glReadPixels(0, 0, 1, 1, GL_RGBA, GL_UNSIGNED_BYTE, pixel.data());
+}
 
 void Renderer::present(const PictureSize& window) const {
   if (window.width < 1 || window.height < 1)
     throw UsageError("the window has no pixels: width and height must be 1 or more");
-  const PictureSize& size = impl_->whole.size();
+  const PictureSize& size = impl_->whole().size();
   if (size.width == 0) return;
   glBindFramebuffer(GL_DRAW_FRAMEBUFFER, 0);
   glDisable(GL_SCISSOR_TEST);
@@ -423,8 +440,8 @@ void Renderer::present(const PictureSize& window) const {
     glBlitFramebuffer(0, 0, size.width, size.height, 0, 0, window.width, window.height, GL_COLOR_BUFFER_BIT,
                       same ? GL_NEAREST : GL_LINEAR);
   };
-  if (impl_->quad_buffer) copy(impl_->whole_right, GL_BACK_RIGHT);
-  copy(impl_->whole, GL_BACK_LEFT);
+  if (impl_->quad_buffer) copy(impl_->wholes_right[impl_->last], GL_BACK_RIGHT);
+  copy(impl_->whole(), GL_BACK_LEFT);
   if (impl_->quad_buffer) glDrawBuffer(GL_BACK);
   glBindFramebuffer(GL_FRAMEBUFFER, 0);
   glViewport(0, 0, window.width, window.height);

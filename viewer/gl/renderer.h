@@ -39,7 +39,7 @@ class Renderer {
 
   using BatchId = filiform::BatchId;
   // Uploads a batch, and replaces the batch with this id. A batch is shown until show() hides it. O(segments); sorts a
-  // batch that is not thickest first. Throws GraphicsError if the card has no memory left.
+  // batch that is not thickest first. If the card has no memory left, the next picture throws.
   void put(BatchId id, const NeuriteBatch& batch, Layer layer = Layer::neurites);
   void remove(BatchId id);  // no effect if the id is unknown
   // Shows or hides a batch in later pictures. No effect if the id is unknown.
@@ -51,13 +51,16 @@ class Renderer {
 
   // Draws the views of the left and the right eye; mono draws the first only. Their proportions must be those of
   // eyeSize(). Throws UsageError for a size outside 1 .. kMaxSize; GraphicsError if the card has no memory left or no
-  // quad-buffer stereo. O(batches + segments in view).
+  // quad-buffer stereo, or if OpenGL reports an error; the picture is then drawn as far as it could be. O(batches +
+  // segments in view).
   RenderFigures draw(const std::array<EyeView, 2>& views, const RenderOptions& options);
   // Does draw() in parts, for a picture that takes longer than a frame. begin() prepares, and throws as draw(). Each
   // advance() draws for about `most_ms`, at least one piece, and returns the part that is done, 0 to 1. At 1 the
-  // picture equals that of draw(). Requires that no batch changes before.
+  // picture equals that of draw(); until then read() and present() have the picture before. A batch that changes before
+  // abandons the picture: isUnderWay() is then false, and advance() returns 1.
   RenderFigures begin(const std::array<EyeView, 2>& views, const RenderOptions& options);
   double advance(double most_ms);
+  bool isUnderWay() const;
   // The last picture; of quad-buffer stereo the left eye's.
   Picture read() const;
   // Does read() in parts: appends at most `most_rows` to the picture, which must be empty at first. True: it is whole.

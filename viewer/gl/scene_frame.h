@@ -9,6 +9,7 @@
 #include "viewer/scene/overlay.h"
 #include "viewer/scene/stereo.h"
 
+#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -25,10 +26,8 @@ struct SceneBudget {
   double enough_px = Levels::kEnough_px;      // choose no finer tiles where the error is below this
   std::uint64_t upload_bytes = 4U << 20;      // in one frame; one tile is always uploaded
   double upload_ms = 2;                       // in one frame; one tile is always uploaded
+  double part_ms = INFINITY;                  // a picture at rest is drawn in parts of this length, one a frame
   std::uint64_t card_bytes = 1ULL << 30;      // above this, tiles that are not drawn are removed from the card
-
-  // The budget with which a renderer of this description draws smoothly; see GraphicsContext::description().
-  static SceneBudget of(const std::string& renderer_description);
 };
 
 // What one frame shows. Its pointers must stay valid during the call only.
@@ -63,6 +62,8 @@ struct SceneFrame {
 struct SceneFigures {
   RenderFigures drawn;
   bool redrawn = false;              // false: the last picture was kept
+  bool drawing = false;              // a picture is drawn in parts: more frames are needed
+  double picture_ms = 0;             // of the last new picture, all its parts together
   bool moving = false;               // drawn with the budget for motion
   bool complete = false;             // every chosen tile is in the picture, without stand-ins
   std::uint64_t segments = 0;        // of the drawn tiles

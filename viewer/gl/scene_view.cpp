@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <utility>
 
@@ -23,6 +24,8 @@ constexpr double kReceding = 0.7;
 // Between two pictures of the same view that differ in the detail of their tiles alone, unless the last one is
 // complete.
 constexpr double kRefine_s = 1;
+// A picture at rest that will take no more than so many parts is drawn at once.
+constexpr double kAtOnce = 1.6;
 // The first picture waits this long for a tile.
 constexpr double kFirst_s = 0.3;
 // Part of the scene's depth: a point that lies this far behind its neighbour on the screen is darkest.
@@ -94,6 +97,8 @@ struct SceneView::Impl {
   Signature signatureOf(const SceneFrame& f) const;
   bool isDue(const SceneFrame& f, const Signature& now);
   void draw(const SceneFrame& f);
+  void advance(const SceneFrame& f, bool begins);
+  bool isQuick(const SceneFrame& f) const;
   void removeAll();
 
   Renderer& renderer;
@@ -105,7 +110,9 @@ struct SceneView::Impl {
   SeparationFilter separation;
   double last_s = 0;
   Signature last_picture;
-  bool has_picture = false;
+  bool has_picture = false, under_way = false;
+  double drawn_ms = 0, rest_ms = INFINITY;  // of the picture under way; of the last one at rest
+  std::uint64_t rest_segments = 0;
   bool changed = true;      // tiles, since they were last counted
   bool can_refine = false;  // the next picture of the same view shows other tiles, samples or shading
   Detail last_detail{};
@@ -256,43 +263,87 @@ bool SceneView::Impl::isDue(const SceneFrame& f, const Signature& now) {
   const bool waits = counted.pending > 0;
   if (!has_picture) return counted.tiles > 0 || !waits || f.time_s - first_s >= kFirst_s;
   if (!(now == last_picture)) return true;
-  return can_refine && (!waits || f.time_s - last_picture_s >= kRefine_s);
+  // No tile is uploaded while a picture is under way: leave time for both.
+  return can_refine && (!waits || f.time_s - last_picture_s >= std::max(kRefine_s, 3e-3 * figures.picture_ms));
+}
+
+// Motion is drawn at once: a view that changes with each frame would never see the end of a picture in parts.
+bool SceneView::Impl::isQuick(const SceneFrame& f) const {
+  if (moving || std::isinf(f.budget.part_ms)) return true;
+  const double more =
+      static_cast<double>(counted.segments) / static_cast<double>(std::max<std::uint64_t>(rest_segments, 1));
+  return rest_ms * std::max(more, 1.0) < kAtOnce * f.budget.part_ms;
+}
+
+// Begins the picture, or goes on with it.
+void SceneView::Impl::advance(const SceneFrame& f, bool begins) {
+  const auto begin = std::chrono::steady_clock::now();
+  // As it stays if the driver refuses something: then the picture is not tried again.
+  under_way = false;
+  const bool had_picture = std::exchange(has_picture, true);
+  if (begins) {
+    drawn_ms = 0;
+    figures.drawn = isQuick(f) ? renderer.draw(views, options) : renderer.begin(views, options);
+  }
+  under_way = renderer.advance(f.budget.part_ms) < 1;
+  if (!under_way) renderer.finish();
+  drawn_ms += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+  if (under_way) {
+    has_picture = had_picture;
+    return;
+  }
+  figures.redrawn = true;
+  figures.picture_ms = drawn_ms;
+  last_picture_s = f.time_s;
+  if (moving) return;
+  rest_ms = drawn_ms;
+  rest_segments = counted.segments;
 }
 
 void SceneView::Impl::draw(const SceneFrame& f) {
-  if (changed) {
-    tiles.selectShown();
-    tiles.evict(f.budget.card_bytes);
-    tiles.count(counted);
-    changed = false;
-  }
-  can_refine |= tiles.takeChangeOfShown();
   const Detail detail{options.samples, options.shade_um};
-  can_refine |= !(detail == last_detail);
   Signature now = signatureOf(f);
   first_s = std::min(first_s, f.time_s);
-  figures.redrawn = isDue(f, now);
-  if (figures.redrawn) {
-    putOverlays(f);
-    figures.drawn = renderer.draw(views, options);
-    last_picture = std::move(now);
-    last_detail = detail;
-    has_picture = true;
-    can_refine = false;
-    last_picture_s = f.time_s;
+  figures.redrawn = false;
+  if (renderer.isUnderWay() && now == last_picture && detail == last_detail) {
+    advance(f, false);
+  } else {
+    if (changed) {
+      tiles.selectShown();
+      tiles.evict(f.budget.card_bytes);
+      tiles.count(counted);
+      changed = false;
+    }
+    // What was abandoned is still to be drawn.
+    can_refine |= std::exchange(under_way, false);
+    can_refine |= tiles.takeChangeOfShown() || !(detail == last_detail);
+    if (isDue(f, now)) {
+      putOverlays(f);
+      // Before drawing: what the driver refuses is not tried again in each frame.
+      last_picture = std::move(now);
+      last_detail = detail;
+      can_refine = false;
+      advance(f, true);
+    }
   }
+  figures.drawing = under_way;
   if (figures.redrawn || !has_picture) return tiles.count(figures);
   figures.pending = counted.pending;
   figures.failed = counted.failed;
   figures.card_bytes = counted.card_bytes;
-  figures.complete = counted.complete && !can_refine;
+  figures.complete = counted.complete && !can_refine && !figures.drawing;
 }
 
 SceneFigures SceneView::draw(const SceneFrame& f) {
-  impl_->prepare(f, false);
-  impl_->changed |= impl_->tiles.upload(f.budget, false, f.time_s, impl_->figures);
-  impl_->draw(f);
-  return impl_->figures;
+  Impl& s = *impl_;
+  s.prepare(f, false);
+  // A tile that arrives would abandon the picture under way.
+  if (s.moving || !s.renderer.isUnderWay())
+    s.changed |= s.tiles.upload(f.budget, false, f.time_s, s.figures);
+  else
+    s.figures.uploads = 0;
+  s.draw(f);
+  return s.figures;
 }
 
 SceneFigures SceneView::drawWhole(const SceneFrame& f,
@@ -309,7 +360,9 @@ SceneFigures SceneView::drawWhole(const SceneFrame& f,
   }
   s.changed = true;
   s.has_picture = false;
-  s.draw(f);
+  SceneFrame at_once = f;
+  at_once.budget.part_ms = INFINITY;
+  s.draw(at_once);
   return s.figures;
 }
 

@@ -5,6 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+
+#include <Eigen/Geometry>
 
 namespace filiform {
 
@@ -248,11 +251,64 @@ bool isBall(const DrawnSegment& segment) noexcept {
   return std::equal(segment.a_um, segment.a_um + 3, segment.b_um) && segment.a_radius_um == segment.b_radius_um;
 }
 
+void cutIntoBlocks(NeuriteBatch& batch) {
+  using Place = std::vector<DrawnSegment>::iterator;
+  batch.blocks.clear();
+  if (batch.segments.size() <= kBlockSegments) return;
+  const auto boxOf = [](Place begin, Place end, double room_um) {
+    Eigen::AlignedBox<double, 3> box;
+    for (Place s = begin; s != end; ++s) {
+      const Vector3d rim = Vector3d::Constant(std::max(s->a_radius_um, s->b_radius_um) + room_um);
+      for (const float* const p : {s->a_um, s->b_um}) {
+        const Vector3d at(p[0], p[1], p[2]);
+        box.extend(at - rim).extend(at + rim);
+      }
+    }
+    return box;
+  };
+  const auto cut = [&](const auto& self, Place begin, Place end) -> void {
+    if (static_cast<std::size_t>(end - begin) <= kBlockSegments) {
+      const Eigen::AlignedBox<double, 3> box = boxOf(begin, end, batch.pixel_um);
+      batch.blocks.push_back({static_cast<std::size_t>(end - batch.segments.begin()), batch.origin_W + box.min(),
+                              batch.origin_W + box.max()});
+      return;
+    }
+    int axis = 0;
+    boxOf(begin, end, 0).sizes().maxCoeff(&axis);
+    const Place middle = begin + (end - begin) / 2;
+    std::nth_element(begin, middle, end, [axis](const DrawnSegment& a, const DrawnSegment& b) {
+      return a.a_um[axis] + a.b_um[axis] < b.a_um[axis] + b.b_um[axis];
+    });
+    self(self, begin, middle);
+    self(self, middle, end);
+  };
+  cut(cut, batch.segments.begin(), batch.segments.end());
+}
+
+namespace {
+
+// Calls `visit` with the segments of each block.
+template <class Segments, class Visit>
+void forEachBlock(Segments& segments, const std::vector<NeuriteBatch::Block>& blocks, const Visit& visit) {
+  auto begin = segments.begin();
+  for (const NeuriteBatch::Block& block : blocks) {
+    const auto end = segments.begin() + static_cast<std::ptrdiff_t>(block.end);
+    visit(std::exchange(begin, end), end);
+  }
+  if (begin != segments.end()) visit(begin, segments.end());
+}
+
+}  // namespace
+
 void sortForDrawing(NeuriteBatch& batch) {
-  std::stable_sort(batch.segments.begin(), batch.segments.end(), isDrawnBefore);
+  forEachBlock(batch.segments, batch.blocks,
+               [](const auto& begin, const auto& end) { std::stable_sort(begin, end, isDrawnBefore); });
 }
 bool isSortedForDrawing(const NeuriteBatch& batch) {
-  return std::is_sorted(batch.segments.begin(), batch.segments.end(), isDrawnBefore);
+  bool sorted = true;
+  forEachBlock(batch.segments, batch.blocks,
+               [&](const auto& begin, const auto& end) { sorted &= std::is_sorted(begin, end, isDrawnBefore); });
+  return sorted;
 }
 
 }  // namespace filiform

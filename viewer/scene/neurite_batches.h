@@ -32,6 +32,13 @@ struct NeuriteBatch {
   float largest_radius_um = 0;
   double pixel_um = 0;  // of a level tile: hidden segments share pixels of this size; lines are drawn as wide
   std::vector<DrawnSegment> segments;
+  // Parts of a large batch that lie together, one after the other: an eye inside the batch is inside few of them.
+  // Empty: the batch is one part.
+  struct Block {
+    std::size_t end;      // of its segments
+    Vector3d lo_W, hi_W;  // with their thickness
+  };
+  std::vector<Block> blocks;
   std::uint64_t implausible_radii = 0;  // replaced ones; see drawnRadius()
 };
 
@@ -67,8 +74,13 @@ void append(NeuriteBatch& batch, const NeuriteBatch& more);
 // A segment from a place to itself.
 bool isBall(const DrawnSegment& segment) noexcept;
 
-// Sorts into the order that the renderer needs: balls, then the others, each by the larger radius, falling. Stable,
-// O(n log n). The check is O(n).
+// Cuts a batch of more than kBlockSegments into blocks of at most so many, by halves along the longest side.
+// O(n log n).
+inline constexpr std::size_t kBlockSegments = 2048;
+void cutIntoBlocks(NeuriteBatch& batch);
+
+// Sorts each block into the order that the renderer needs: balls, then the others, each by the larger radius, falling.
+// Stable, O(n log n). The check is O(n).
 void sortForDrawing(NeuriteBatch& batch);
 bool isSortedForDrawing(const NeuriteBatch& batch);
 

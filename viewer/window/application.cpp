@@ -2,6 +2,7 @@
 
 #include "device/haptic_device.h"
 #include "index/errors.h"
+#include "viewer/gl/frame_governor.h"
 #include "viewer/window/internal/open_scene.h"
 #include "viewer/window/internal/state_file.h"
 #include "viewer/window/internal/window_actions.h"
@@ -14,6 +15,7 @@
 #include "viewer/window/travel/internal/screenshots.h"
 #include "viewer/window/window.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <initializer_list>
 #include <memory>
@@ -55,10 +57,9 @@ class Application::Impl {
         window_("filiform", options.size.value_or(PictureSize{settings_.width, settings_.height}),
                 settings_.interface_scale),
         renderer_(window_.context()),
-        budget_(SceneBudget::of(window_.context().description())),
+        governor_(options.segments),
         state_file_(options.state),
         screenshots_(options.pictures, options.write, messages_, closing_) {
-    if (options_.segments > 0) budget_.segments = budget_.moving_segments = options_.segments;
     if (!options_.paths.empty()) open(options_.paths);
   }
 
@@ -70,8 +71,9 @@ class Application::Impl {
     messages_.setTime(begin_s);
     const bool rests = begin_s - changed_s_ > kSettled_s;
     const std::vector<InputEvent> events = window_.poll(busy_ ? kBusyWait_s : rests ? kRestWait_s : kWait_s);
-    if (!events.empty()) changed_s_ = window_.now_s();
-    for (const InputEvent& event : events) actions_.handle(event);
+    const double polled_s = window_.now_s();
+    if (!events.empty()) changed_s_ = polled_s;
+    for (const InputEvent& event : events) handle(event);
     finishOpening();
     for (const std::string& failure : closing_.takeFailures()) say(failure);
     screenshots_.serve();
@@ -81,6 +83,7 @@ class Application::Impl {
       blank();
     if (window_.now_s() - last_state_s_ > kSaveState_s) writeState();
     frame_ms_ += 0.1 * (1000 * (window_.now_s() - begin_s) - frame_ms_);
+    if (scene_ && presented_ > 0) longest_ms_ = std::max(longest_ms_, 1000 * (window_.now_s() - polled_s));
     ++frames_;
     return true;
   }
@@ -107,6 +110,36 @@ class Application::Impl {
   }
 
  private:
+  // ---- input
+
+  // A key belongs to the text field that has the keyboard when the key is pressed, however many keys one frame brings:
+  // the panels take each key before the next one is looked at.
+  void handle(const InputEvent& event) {
+    using Kind = InputEvent::Kind;
+    if (event.kind != Kind::key && event.kind != Kind::key_up) return actions_.handle(event);
+    const bool types = scene_ && window_.isTyping(), is_press = event.kind == Kind::key;
+    // A held key that opened the field does not type into it.
+    if (is_press && !event.repeated) began_in_field_ = types;
+    if (!is_press) window_.type(event);
+    if (types && is_press && event.key.code != Key::kEscape && began_in_field_) {
+      window_.type(event);
+      return takeInput();
+    }
+    if (event.key.code == Key::kNone) return;
+    actions_.handle(event);
+    if (scene_ && (types || actions_.search.focus)) takeInput();
+  }
+
+  // Dear ImGui gives a field the keyboard in the second frame after it was asked to, and tells of it in the third.
+  void takeInput() {
+    const bool focuses = actions_.search.focus;
+    for (int i = 0; i < 2 || (i < 4 && focuses && !window_.isTyping()); ++i) {
+      const PanelRequests requests = layPanels();
+      window_.dropPanels();
+      serve(requests);
+    }
+  }
+
   // ---- scenes
 
   void open(const std::vector<std::string>& paths) {
@@ -136,7 +169,7 @@ class Application::Impl {
 
   void enter(Opened opened) {
     const Travel::Callbacks callbacks{[this] { jumping(); },
-                                      [this](const std::string& why) { actions_.search.error = why; },
+                                      [this](const std::string& why) { actions_.searchFailed(why); },
                                       options_.plugged_in, options_.awaited_device};
     scene_ = std::make_unique<OpenScene>(std::move(opened), messages_, callbacks);
     actions_.enter(scene_.get());
@@ -215,9 +248,10 @@ class Application::Impl {
     for (const auto* failures : {&figures.failed, &scene_->tiles().failures})
       for (const std::string& failure : *failures)
         if (told_failures_.insert(failure).second && !lost) say(failure);
-    busy_ = screenshots_.isDrawing() || figures.redrawn || figures.pending > 0 || actions_.input().isDragging() ||
-            scene_->viewpoint().isGliding() || companion_.has_value();
+    busy_ = screenshots_.isDrawing() || figures.redrawn || figures.drawing || figures.pending > 0 ||
+            actions_.input().isDragging() || scene_->viewpoint().isGliding() || companion_.has_value();
     pictures_ += figures.redrawn ? 1 : 0;
+    if (actions_.search.focus) takeInput();  // a search that failed
     const PanelRequests requests = layPanels();
     const bool wanted = actions_.takeWindowPicture();
     if (window_.endPanels() || figures.redrawn || wanted) present(wanted);
@@ -247,13 +281,14 @@ class Application::Impl {
     frame.stereo = settings_.stereo;
     frame.eyes.gain = settings_.separation;
     frame.eyes.widening = settings_.widening;
-    frame.budget = budget_;
+    frame.budget = governor_.budget();
     frame.frozen = actions_.isFrozen();
     frame.overlay_scale = window_.scale();
     const int times = actions_.takePicture();
     const OpenedScene& scene = scene_->travel().scene();
     if (times > 0) screenshots_.begin(frame, times, *scene.store, scene.levels.get(), window_.context());
     scene_->draw(frame);
+    governor_.drew(scene_->figures());
   }
 
   PanelRequests layPanels() {
@@ -338,6 +373,7 @@ class Application::Impl {
     nlohmann::ordered_json json{{"frames", frames_},
                                 {"presented", presented_},
                                 {"pictures_drawn", pictures_},
+                                {"longest_frame_ms", longest_ms_},
                                 {"frame_ms", frame_ms_},
                                 {"ended", ended_},
                                 {"open", scene_ != nullptr},
@@ -374,10 +410,10 @@ class Application::Impl {
   Window window_;
   Renderer renderer_;
   std::string renderer_name_ = window_.context().description();
-  SceneBudget budget_;
+  FrameGovernor governor_;
 
   Opening opening_;
-  bool opened_once_ = false, ended_ = false, busy_ = false;
+  bool opened_once_ = false, ended_ = false, busy_ = false, began_in_field_ = false;
   std::optional<Companion> companion_;
 
   double now_s_ = 0;
@@ -385,7 +421,7 @@ class Application::Impl {
   std::set<std::string> told_failures_;
 
   StateFile state_file_;
-  double last_state_s_ = -1, last_blank_s_ = -1, frame_ms_ = 0;
+  double last_state_s_ = -1, last_blank_s_ = -1, frame_ms_ = 0, longest_ms_ = 0;
   double entered_s_ = 0;  // the first scene
   double changed_s_ = 0;  // the last event or presented frame
   std::uint64_t frames_ = 0, presented_ = 0, pictures_ = 0;

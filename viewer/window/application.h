@@ -33,7 +33,7 @@ struct ApplicationOptions {
   SessionOptions session;
   std::string place;                // where the first scene begins, as the search field takes it; empty: the last place
   std::optional<PictureSize> size;  // none: that of the settings
-  std::uint64_t segments = 0;       // draw at most this many; 0: as the renderer allows, SceneBudget::of()
+  std::uint64_t segments = 0;       // draw at most this many; 0: by the time of frames, see FrameGovernor
   bool reset = false;               // start with default settings
   std::string state;                // file for the state; empty: none
   std::string pictures = ".";       // folder for screenshots

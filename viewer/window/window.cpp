@@ -115,8 +115,7 @@ struct Window::Impl {
   std::uint64_t shown_panels = 0;  // hash of the panels that the window shows
   bool stale = true;               // the window's pixels are lost, or of other letters
   std::uint8_t modifiers = 0;
-  // Of the key event to which the next character belongs.
-  bool repeated = false, began_in_text = false;
+  bool repeated = false;  // the key event to which the next character belongs
   int windowed_x = 0, windowed_y = 0, windowed_width = 0, windowed_height = 0;
 
   static Impl& of(GLFWwindow* window) { return *static_cast<Impl*>(glfwGetWindowUserPointer(window)); }
@@ -131,41 +130,27 @@ struct Window::Impl {
     return events.emplace_back(std::move(event));
   }
 
-  void addKey(const Key& key) {
-    InputEvent& event = add(InputEvent::Kind::key);
-    event.key = key;
-    event.repeated = repeated;
-  }
-
   static void onKey(GLFWwindow* window, int key, int scancode, int action, int mods) {
-    ImGui_ImplGlfw_KeyCallback(window, key, scancode, action, mods);
     Impl& w = of(window);
     w.modifiers = modifiersOf(mods);
     w.repeated = action == GLFW_REPEAT;
-    if (action == GLFW_PRESS) w.began_in_text = ImGui::GetIO().WantTextInput;
     Key pressed{specialOf(key), w.modifiers};
     // onCharacter() reports characters, except with Ctrl or Alt, which type none.
-    if (pressed.code == Key::kNone) {
-      if ((w.modifiers & (Key::kControl | Key::kAlt)) == 0) return;
-      const char* name = glfwGetKeyName(key, scancode);
-      if (name == nullptr || name[0] == 0 || name[1] != 0) return;
-      pressed.code = static_cast<unsigned char>(name[0]);
-    }
-    if (action == GLFW_RELEASE) {
-      w.add(InputEvent::Kind::key_up).key = pressed;
-      return;
-    }
-    const bool typing = ImGui::GetIO().WantTextInput;
-    if (typing && pressed.code != Key::kEscape) return;
-    w.addKey(pressed);
+    const char* name = nullptr;
+    if (pressed.code == Key::kNone && (w.modifiers & (Key::kControl | Key::kAlt)) != 0)
+      name = glfwGetKeyName(key, scancode);
+    if (name != nullptr && name[0] != 0 && name[1] == 0) pressed.code = static_cast<unsigned char>(name[0]);
+    InputEvent& event = w.add(action == GLFW_RELEASE ? InputEvent::Kind::key_up : InputEvent::Kind::key);
+    event.key = pressed;
+    event.repeated = w.repeated;
+    event.stroke = {key, scancode, action, mods, 0};
   }
   static void onCharacter(GLFWwindow* window, unsigned codepoint) {
     Impl& w = of(window);
-    // A held key that opened a text field must not type into it.
-    if (w.repeated && !w.began_in_text) return w.addKey({codepoint, 0});
-    ImGui_ImplGlfw_CharCallback(window, codepoint);
-    if (ImGui::GetIO().WantTextInput) return;
-    w.addKey({codepoint, 0});
+    InputEvent& event = w.add(InputEvent::Kind::key);
+    event.key = {codepoint, 0};
+    event.repeated = w.repeated;
+    event.stroke.character = codepoint;
   }
   static void onButton(GLFWwindow* window, int button, int action, int mods) {
     ImGui_ImplGlfw_MouseButtonCallback(window, button, action, mods);
@@ -233,6 +218,7 @@ Window::Window(const std::string& title, const PictureSize& size, double interfa
     throw GraphicsError(what);
   }
   glfwMakeContextCurrent(w.window);
+  watchGraphicsErrors();
   glfwSwapInterval(1);
   w.context = std::make_unique<WindowContext>(w.window);
   float across = 1, down = 1;
@@ -254,6 +240,7 @@ Window::Window(const std::string& title, const PictureSize& size, double interfa
   ImGui::CreateContext();
   ImGuiIO& io = ImGui::GetIO();
   io.IniFilename = nullptr;  // Settings keeps the settings
+  io.KeyRepeatDelay = 1e9F;  // the keyboard's own repeats come as events
   ImGui_ImplGlfw_InitForOpenGL(w.window, false);
   ImGui_ImplOpenGL3_Init("#version 330 core");
 }
@@ -292,6 +279,18 @@ std::vector<InputEvent> Window::poll(double wait_s) {
 
 bool Window::pointerOnPanel() const { return ImGui::GetIO().WantCaptureMouse; }
 
+bool Window::isTyping() const { return ImGui::GetIO().WantTextInput; }
+
+void Window::type(const InputEvent& event) {
+  const InputEvent::Stroke& stroke = event.stroke;
+  if (stroke.character != 0) return ImGui_ImplGlfw_CharCallback(impl_->window, stroke.character);
+  ImGui_ImplGlfw_KeyCallback(impl_->window, stroke.key, stroke.scancode, stroke.action, stroke.modifiers);
+  // Also a repeat, and a press whose release came in the same frame, is a new press.
+  ImGuiIO& io = ImGui::GetIO();
+  if (stroke.action != GLFW_RELEASE && stroke.key >= 0 && stroke.key < IM_ARRAYSIZE(io.KeysDownDuration))
+    io.KeysDownDuration[stroke.key] = -1;
+}
+
 void Window::beginPanels() {
   Impl& w = *impl_;
   if (w.letters.isStale() || w.built_scale != scale()) {
@@ -318,6 +317,7 @@ bool Window::endPanels() {
   return std::exchange(impl_->shown_panels, now) != now || std::exchange(impl_->stale, false);
 }
 
+void Window::dropPanels() { ImGui::EndFrame(); }
 void Window::drawPanels() { ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData()); }
 
 Picture Window::read() const { return Renderer::readWindow(size()); }

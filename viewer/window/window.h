@@ -35,6 +35,12 @@ struct InputEvent {
   double x = 0, y = 0;         // pixels of the picture, from the top left; scroll: y in notches
   double time_s = 0;
   std::vector<std::string> paths{};  // drop
+  // key, key_up: as the panels' text fields need it, see Window::type(). A key that types a character gives two events:
+  // one with Key::kNone, then one with the character.
+  struct Stroke {
+    int key = -1, scancode = 0, action = 0, modifiers = 0;  // of GLFW
+    std::uint32_t character = 0;
+  } stroke{};
 };
 
 class Window {
@@ -55,11 +61,18 @@ class Window {
   void want(const std::string& utf8);
   double now_s() const;
 
-  // Returns the events since the last call, except those of the panels. Waits up to `wait_s` for an event.
+  // Returns the events since the last call, in their order, except clicks and notches of the wheel on a panel. Waits up
+  // to `wait_s` for an event.
   std::vector<InputEvent> poll(double wait_s);
   bool pointerOnPanel() const;
 
+  // A text field has the keyboard, as of the last panels but one.
+  bool isTyping() const;
+  // Gives a key event to the next panels.
+  void type(const InputEvent& event);
+
   void beginPanels();
+  void dropPanels();  // instead of endPanels(): they take input, and are not drawn
   // True: the panels differ from the last ones, or the window has lost its pixels. Else the window may stay as it is.
   bool endPanels();
   void drawPanels();     // over the presented picture

@@ -8,6 +8,8 @@
 #include <cmath>
 #include <epoxy/gl.h>
 #include <numbers>
+#include <random>
+#include <string>
 #include <utility>
 
 #include <gtest/gtest.h>
@@ -93,6 +95,50 @@ TEST_F(Renderers, EmptyScenesAreBackground) {
   const Rgba want = RenderOptions{}.background;
   for (std::size_t i = 0; i < picture.rgb.size(); i += 3)
     ASSERT_EQ((Rgba{picture.rgb[i], picture.rgb[i + 1], picture.rgb[i + 2]}), want);
+}
+
+TEST_F(Renderers, WhatTheDriverRefusesIsSaidOnce) {
+  Renderer renderer(*context_);
+  glEnable(0xFFFF);
+  try {
+    renderer.draw(stereoViews(Camera{}, 1.6, 0), {.size = {16, 10}});
+    ADD_FAILURE() << "not said";
+  } catch (const GraphicsError& error) {
+    EXPECT_NE(std::string(error.what()).find("INVALID_ENUM"), std::string::npos) << error.what();
+    EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
+  }
+  renderer.draw(stereoViews(Camera{}, 1.6, 0), {.size = {16, 10}});
+}
+
+// The eye is inside a batch of thin threads: in blocks, only those near the eye cost a cone, and those behind it cost
+// nothing. The picture stays.
+TEST_F(Renderers, InBlocksFewSegmentsAreConesForAnEyeInside) {
+  NeuriteBatch batch;
+  std::mt19937 random(7);
+  const auto at = [&] { return 200 * (static_cast<double>(random()) / static_cast<double>(random.max()) - 0.5); };
+  for (int i = 0; i < 30000; ++i) {
+    const double x = at(), y = at(), z = at();
+    append(batch, neurites({{x, y, z, 0.02, x + 1, y, z, 0.02}}, kGreen, Vector3d::Zero()));
+  }
+  NeuriteBatch blocks = batch;
+  cutIntoBlocks(blocks);
+  sortForDrawing(blocks);
+  EXPECT_TRUE(isSortedForDrawing(blocks));
+  EXPECT_EQ(blocks.blocks.back().end, batch.segments.size());
+  const auto views = stereoViews(lookAt(Vector3d::Zero(), Vector3d(0, 0, -1)), 1.6, 0);
+  const auto drawn = [&](const NeuriteBatch& all, Picture& picture) {
+    Renderer renderer(*context_);
+    renderer.put(1, all);
+    const RenderFigures figures = renderer.draw(views, {.size = {320, 200}, .samples = 1});
+    picture = renderer.read();
+    return figures;
+  };
+  Picture one, many;
+  EXPECT_EQ(drawn(batch, one).cones, batch.segments.size());
+  const RenderFigures figures = drawn(blocks, many);
+  EXPECT_LE(figures.cones, batch.segments.size() / 4);
+  EXPECT_LT(figures.cones + figures.lines, batch.segments.size() * 3 / 4);
+  EXPECT_NEAR(litAreaOf(many, 1).count, litAreaOf(one, 1).count, 0.1 * litAreaOf(one, 1).count);
 }
 
 TEST_F(Renderers, BallsAreAsLargeAndWhereTheFormulaSays) {

@@ -380,19 +380,31 @@ TEST_F(SceneViews, LeavesNothingOnTheCard) {
   EXPECT_EQ(renderer_.bytes(), 0u);
 }
 
-// Drivers that draw on the processor are known by their names. All others get the full budget.
-TEST(SceneBudgets, SoftwareRenderersGetLess) {
-  const std::uint64_t all = SceneBudget{}.segments;
-  for (const char* name :
-       {"llvmpipe (LLVM 15.0.6, 256 bits), OpenGL 4.5 (Core Profile) Mesa 22.3.6", "softpipe, OpenGL 3.3",
-        "Google SwiftShader, OpenGL 4.1", "Software Rasterizer, OpenGL 3.3"}) {
-    const SceneBudget budget = SceneBudget::of(name);
-    EXPECT_LT(budget.segments, all) << name;
-    EXPECT_LT(budget.moving_segments, budget.segments) << name;
-    EXPECT_FALSE(budget.moving_shade) << name;
-  }
-  for (const char* name : {"NVIDIA H200, OpenGL 4.6", "Mesa Intel(R) UHD Graphics 630 (CFL GT2), OpenGL 4.6", ""})
-    EXPECT_EQ(SceneBudget::of(name).moving_segments, all) << name;
+// A picture in parts: frames between the parts keep the picture before. A new view abandons it.
+TEST_F(SceneViews, APictureInPartsEndsAtTheOneDrawnAtOnceUnlessTheViewChanges) {
+  SceneView scene(*set_, levels_.get(), renderer_);
+  SceneFrame frame = frameOf(scene);
+  settle(scene, frame);
+  frame.camera = orbit(frame.camera, 0.3, 0.1);
+  frame.budget.part_ms = 1e-3;
+  const Picture before = renderer_.read();
+  SceneFigures figures = scene.draw(frame);
+  ASSERT_TRUE(figures.drawing);
+  EXPECT_FALSE(figures.redrawn);
+  EXPECT_FALSE(figures.complete);
+  EXPECT_EQ(renderer_.read().rgb, before.rgb);
+  frame.camera = orbit(frame.camera, 0.3, 0.1);
+  int frames = 0;
+  for (figures = scene.draw(frame); figures.drawing && frames < 10000; ++frames) figures = scene.draw(frame);
+  EXPECT_TRUE(figures.redrawn);
+  EXPECT_GT(frames, 3);
+  figures = settle(scene, frame);
+  while (figures.drawing || !figures.complete) figures = scene.draw(frame);
+  Renderer other(*context_);
+  SceneView at_once(*set_, levels_.get(), other);
+  at_once.drawWhole(frame);
+  EXPECT_TRUE(test::compare(renderer_.read(), other.read()).showsTheSame());
+  EXPECT_FALSE(scene.draw(frame).redrawn);
 }
 
 TEST_F(SceneViews, AWholePictureInPartsIsTheOneDrawnAtOnceAndLoadsBesideTheCalls) {

@@ -141,18 +141,20 @@ class Applications : public ::testing::Test {
     }
     return done();
   }
-  bool waitForState(const std::function<bool(const Json&)>& done) const {
-    return waitFor([&] {
+  testing::AssertionResult waitForState(const std::function<bool(const Json&)>& done) const {
+    Json state;
+    const bool came = waitFor([&] {
       std::ifstream in(options_.state);
-      const Json state = Json::parse(in, nullptr, false);
+      state = Json::parse(in, nullptr, false);
       try {
         return state.is_object() && done(state);
       } catch (const Json::exception&) {  // not there yet
         return false;
       }
     });
+    return came ? testing::AssertionSuccess() : testing::AssertionFailure() << state.dump();
   }
-  bool isOpen() const {
+  testing::AssertionResult isOpen() const {
     return waitForState([](const Json& s) { return s.at("open") == true && !s.at("cell").get<std::string>().empty(); });
   }
   bool framesGoOn() const {
@@ -183,6 +185,7 @@ TEST_F(Applications, FramesGoOnAndQuitWorksWhileTheDiskIsSilent) {
     EXPECT_TRUE(framesGoOn());
     EXPECT_GT(disk_.waiting(), 0);
     quit();
+    quit();  // the picture is lost
   });
 }
 
@@ -238,6 +241,40 @@ TEST_F(Applications, AtRestNothingIsPresentedUntilAKeyIsPressed) {
     EXPECT_TRUE(test::VirtualDisplay::send("key h"));
     EXPECT_TRUE(waitFor([&] { return counted("presented") > presented; }));
     EXPECT_EQ(counted("pictures_drawn"), pictures);  // a panel alone
+    quit();
+  });
+}
+
+// All keys come in one frame: each belongs to what was open when it was pressed.
+TEST_F(Applications, KeysOfOneSlowFrameGoWhereTheyBelong) {
+  Gate frame;
+  options_.observe = [&](const OpenedScene&, const NavigationSnapshot&) {
+    frame.pass();
+    return std::vector<std::string>();
+  };
+  // GLFW takes two presses of one key in a millisecond for one.
+  const auto inOneFrame = [&](const std::string& keys) {
+    frame.shut();
+    EXPECT_TRUE(waitFor([&] { return frame.waiting() > 0; }));
+    EXPECT_TRUE(test::VirtualDisplay::send("key --delay 3 " + keys));
+    std::this_thread::sleep_for(std::chrono::milliseconds(500));
+    frame.open();
+  };
+  run([&] {
+    EXPECT_TRUE(isOpen());
+    inOneFrame("slash q x BackSpace m 9 Return");
+    EXPECT_TRUE(waitForState([](const Json& s) { return !s.at("search_error").get<std::string>().empty(); }));
+    EXPECT_TRUE(waitForState([](const Json& s) { return s.at("search") == true && s.at("search_text") == "qm9"; }));
+    // The field has the keyboard again. Esc closes it, and the keys after it act.
+    inOneFrame("q Escape h m slash h Left q");
+    EXPECT_TRUE(waitForState(
+        [](const Json& s) { return s.at("search") == true && s.at("search_text") == "qh" && s.at("help") == true; }));
+    inOneFrame("Escape Escape x x x");
+    EXPECT_TRUE(waitForState([](const Json& s) { return s.at("help") == false && s.at("search") == false; }));
+    // The measurement would be lost.
+    quit();
+    EXPECT_TRUE(waitForState([](const Json& s) { return s.at("last_action") == "quit"; }));
+    EXPECT_FALSE(ending_);
     quit();
   });
 }

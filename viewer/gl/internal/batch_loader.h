@@ -26,7 +26,7 @@ struct TileJob {
 
 struct LoadedTile {
   TileJob job;
-  NeuriteBatch batch;        // thickest first; empty if `only_below`
+  NeuriteBatch batch;        // sorted for drawing; empty if `only_below`
   std::exception_ptr error;  // why the tile cannot be read; else nullptr
 };
 

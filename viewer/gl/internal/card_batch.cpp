@@ -23,19 +23,28 @@ void CardBatch::put(const NeuriteBatch& batch, Layer layer) {
     segments = sorted;
   }
   origin_W_ = batch.origin_W;
-  lo_W_ = batch.lo_W;
-  hi_W_ = batch.hi_W;
   pixel_um_ = batch.pixel_um;
   layer_ = layer;
   shown = true;
   radii_um_.clear();
   radii_um_.reserve(segments.size());
   for (const DrawnSegment& s : segments) radii_um_.push_back(std::max(s.a_radius_um, s.b_radius_um));
-  balls_ = static_cast<std::size_t>(std::partition_point(segments.begin(), segments.end(), isBall) - segments.begin());
+  blocks_.clear();
+  const auto addBlock = [&](std::size_t begin, std::size_t end, const Vector3d& lo_W, const Vector3d& hi_W) {
+    const auto own = segments.subspan(begin, end - begin);
+    const auto balls = std::partition_point(own.begin(), own.end(), isBall) - own.begin();
+    blocks_.push_back({begin, begin + static_cast<std::size_t>(balls), end, lo_W, hi_W});
+  };
+  std::size_t begin = 0;
+  for (const NeuriteBatch::Block& block : batch.blocks)
+    addBlock(std::exchange(begin, block.end), block.end, block.lo_W, block.hi_W);
+  if (batch.blocks.empty()) addBlock(0, segments.size(), batch.lo_W, batch.hi_W);
   if (buffer_ == 0) glGenBuffers(1, &buffer_);
   glBindBuffer(GL_ARRAY_BUFFER, buffer_);
   glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(segments.size_bytes()), segments.data(), GL_STATIC_DRAW);
-  requireRoom("segments");
+#ifndef NDEBUG
+  requireNoError("segments");  // else the next picture says so
+#endif
 }
 
 // OpenGL 3.3 lacks glDrawArraysInstancedBaseInstance: the pointers say where to begin.
@@ -60,9 +69,9 @@ void CardBatch::bindFrom(From from, std::size_t first) {
   attribute(2, GL_UNSIGNED_BYTE, GL_TRUE, offsetof(DrawnSegment, colour));
 }
 
-bool CardBatch::isSeen(const LevelView& view) const {
+bool CardBatch::Block::isSeen(const LevelView& view) const {
   return std::all_of(view.planes.begin(), view.planes.end(), [&](const LevelView::Plane& plane) {
-    return plane.n.dot((plane.n.array() >= 0).select(hi_W_, lo_W_).matrix()) >= plane.d;
+    return plane.n.dot((plane.n.array() >= 0).select(hi_W, lo_W).matrix()) >= plane.d;
   });
 }
 
@@ -73,11 +82,11 @@ std::size_t CardBatch::endOfAtLeastAsThickAs(double radius_um, std::size_t begin
       std::partition_point(first, last, [radius_um](float own_um) { return own_um >= radius_um; }) - radii_um_.begin());
 }
 
-std::size_t CardBatch::ballsAtLeastAsThickAs(double radius_um) const {
-  return endOfAtLeastAsThickAs(radius_um, 0, balls_);
+std::size_t CardBatch::ballsAtLeastAsThickAs(const Block& block, double radius_um) const {
+  return endOfAtLeastAsThickAs(radius_um, block.begin, block.balls_end);
 }
-std::size_t CardBatch::atLeastAsThickAs(double radius_um) const {
-  return endOfAtLeastAsThickAs(radius_um, balls_, radii_um_.size());
+std::size_t CardBatch::atLeastAsThickAs(const Block& block, double radius_um) const {
+  return endOfAtLeastAsThickAs(radius_um, block.balls_end, block.end);
 }
 
 }  // namespace filiform::internal

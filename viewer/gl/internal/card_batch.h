@@ -21,24 +21,29 @@ class CardBatch {
   CardBatch& operator=(const CardBatch&) = delete;
   ~CardBatch();
 
-  // Replaces the content, and shows it. Throws GraphicsError if the card has no room. O(segments) if they are sorted
+  // Replaces the content, and shows it. O(segments) if they are sorted
   // for drawing.
   void put(const NeuriteBatch& batch, Layer layer);
   // Binds the batch so that drawing begins with segment `first`.
   void bindFrom(From from, std::size_t first);
 
-  bool isSeen(const LevelView& view) const;
-  // Segments, sorted for drawing (neurite_batches.h), and the balls among them, which come first.
+  // Segments that lie together, sorted for drawing (neurite_batches.h): balls first.
+  struct Block {
+    std::size_t begin, balls_end, end;
+    Vector3d lo_W, hi_W;
+
+    bool isSeen(const LevelView& view) const;
+    // From an eye to the block's box; 0 inside.
+    double distance_um(const Vector3d& eye_W) const {
+      return (lo_W - eye_W).cwiseMax(eye_W - hi_W).cwiseMax(0.0).norm();
+    }
+  };
+  const std::vector<Block>& blocks() const { return blocks_; }
   std::size_t size() const { return radii_um_.size(); }
-  std::size_t balls() const { return balls_; }
   std::uint64_t bytes() const { return size() * sizeof(DrawnSegment); }
-  // The end of the balls, or of the other segments, with at least this radius. O(log segments).
-  std::size_t ballsAtLeastAsThickAs(double radius_um) const;
-  std::size_t atLeastAsThickAs(double radius_um) const;
-  // From an eye to the batch's box; 0 inside.
-  double distance_um(const Vector3d& eye_W) const {
-    return (lo_W_ - eye_W).cwiseMax(eye_W - hi_W_).cwiseMax(0.0).norm();
-  }
+  // The end of a block's balls, or of its other segments, with at least this radius. O(log segments).
+  std::size_t ballsAtLeastAsThickAs(const Block& block, double radius_um) const;
+  std::size_t atLeastAsThickAs(const Block& block, double radius_um) const;
   const Vector3d& origin_W() const { return origin_W_; }
   double pixel_um() const { return pixel_um_; }
   Layer layer() const { return layer_; }
@@ -52,11 +57,11 @@ class CardBatch {
   };
   std::size_t endOfAtLeastAsThickAs(double radius_um, std::size_t begin, std::size_t end) const;
 
-  Vector3d origin_W_, lo_W_, hi_W_;
+  Vector3d origin_W_;
   double pixel_um_ = 0;
   Layer layer_ = Layer::neurites;
   std::vector<float> radii_um_;  // of the segments
-  std::size_t balls_ = 0;
+  std::vector<Block> blocks_;
   std::array<Vertices, 5> vertices_{};  // by From
   GLuint buffer_ = 0;
 };

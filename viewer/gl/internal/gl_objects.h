@@ -95,10 +95,15 @@ class Program {
   std::map<std::string, Uniform, std::less<>> uniforms_;
 };
 
-inline void requireRoom(const char* what) {
-  if (glGetError() != GL_OUT_OF_MEMORY) return;
-  throw GraphicsError(std::string("the graphics card has no memory left for ") + what +
-                      "; ask for fewer segments or a smaller picture");
+// Throws GraphicsError if OpenGL has reported an error. A round trip.
+inline void requireNoError(const std::string& what) {
+  const GraphicsErrors errors = takeGraphicsErrors();
+  if (errors.out_of_memory)
+    throw GraphicsError("the graphics card has no memory left for " + what +
+                        "; ask for fewer segments or a smaller picture");
+  if (!errors.text.empty())
+    throw GraphicsError("the graphics driver reports an error in " + what + ": " + errors.text +
+                        "; update the driver, or use Mesa's software renderer");
 }
 
 // A framebuffer whose colours and depths shaders can read.
@@ -130,7 +135,7 @@ class Target {
       glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
       glFramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, depth_, 0);
     }
-    requireRoom("the picture");
+    requireNoError("the picture");
     if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
       throw GraphicsError("the graphics driver refuses a picture of " + std::to_string(size.width) + " x " +
                           std::to_string(size.height) + " samples; ask for a smaller one");

@@ -18,32 +18,35 @@ RenderFigures listPieces(const EyeView& view, const PictureSize& size, int sampl
                          std::map<BatchId, CardBatch>& batches, std::vector<Piece>& pieces) {
   const LevelView levels = levelView(view, size);
   RenderFigures figures;
-  // A neurite's batch: large balls up to `large_balls`, small ones up to `balls`, cones up to `cones`, ribbons up to
-  // `ribbons`, then lines.
+  // A block of neurites: large balls up to `large_balls`, small ones up to the block's `balls_end`, cones up to
+  // `cones`, ribbons up to `ribbons`, then lines.
   struct Part {
     CardBatch* batch;
-    std::size_t large_balls, balls, cones, ribbons;
+    const CardBatch::Block* block;
+    std::size_t large_balls, cones, ribbons;
   };
   std::vector<Part> neurites;
   std::vector<CardBatch*> highlights, overlays;
+  const auto addBlock = [&](CardBatch& batch, const CardBatch::Block& block) {
+    const double um_px = block.distance_um(view.eye_W) / levels.pixels_per_rad;
+    neurites.push_back({&batch, &block, batch.ballsAtLeastAsThickAs(block, kFlatBall_px * samples * um_px),
+                        batch.atLeastAsThickAs(block, kRibbonRadius_px * um_px),
+                        batch.atLeastAsThickAs(block, kLineRadius_px * um_px)});
+    figures.cones += neurites.back().cones - block.begin;
+    figures.lines += block.end - neurites.back().cones;
+  };
   for (auto& [id, batch] : batches) {
     if (!batch.shown) continue;
-    if (!batch.isSeen(levels)) {
-      ++figures.culled;
-      continue;
+    bool seen = false;
+    for (const CardBatch::Block& block : batch.blocks()) {
+      if (!block.isSeen(levels)) continue;
+      seen = true;
+      if (batch.layer() == Layer::neurites) addBlock(batch, block);
     }
-    ++figures.batches;
-    if (batch.layer() != Layer::neurites) {
-      (batch.layer() == Layer::overlays ? overlays : highlights).push_back(&batch);
-      if (batch.layer() == Layer::highlight) figures.cones += batch.size();
-      continue;
-    }
-    const double um_px = batch.distance_um(view.eye_W) / levels.pixels_per_rad;
-    neurites.push_back({&batch, batch.ballsAtLeastAsThickAs(kFlatBall_px * samples * um_px), batch.balls(),
-                        batch.atLeastAsThickAs(kRibbonRadius_px * um_px),
-                        batch.atLeastAsThickAs(kLineRadius_px * um_px)});
-    figures.cones += neurites.back().cones;
-    figures.lines += batch.size() - neurites.back().cones;
+    ++(seen ? figures.batches : figures.culled);
+    if (!seen || batch.layer() == Layer::neurites) continue;
+    (batch.layer() == Layer::overlays ? overlays : highlights).push_back(&batch);
+    if (batch.layer() == Layer::highlight) figures.cones += batch.size();
   }
 
   pieces.clear();
@@ -56,11 +59,11 @@ RenderFigures listPieces(const EyeView& view, const PictureSize& size, int sampl
     for (CardBatch* const batch : list) add(stage, From::cones, batch, 0, batch->size());
   };
   for (const Part& p : neurites) add(Stage::ribbons, From::ribbons, p.batch, p.cones, p.ribbons);
-  for (const Part& p : neurites) add(Stage::lines, From::lines, p.batch, p.ribbons, p.batch->size());
-  for (const Part& p : neurites) add(Stage::large_balls, From::large_balls, p.batch, 0, p.large_balls);
-  for (const Part& p : neurites) add(Stage::cones, From::cones, p.batch, p.balls, p.cones);
+  for (const Part& p : neurites) add(Stage::lines, From::lines, p.batch, p.ribbons, p.block->end);
+  for (const Part& p : neurites) add(Stage::large_balls, From::large_balls, p.batch, p.block->begin, p.large_balls);
+  for (const Part& p : neurites) add(Stage::cones, From::cones, p.batch, p.block->balls_end, p.cones);
   // Last, because what is hidden then costs least.
-  for (const Part& p : neurites) add(Stage::balls, From::balls, p.batch, p.large_balls, p.balls);
+  for (const Part& p : neurites) add(Stage::balls, From::balls, p.batch, p.large_balls, p.block->balls_end);
   // Dense tissue would hide these: draw them faintly without a depth test first, then normally.
   addAll(Stage::highlight_faint, highlights);
   addAll(Stage::highlight, highlights);

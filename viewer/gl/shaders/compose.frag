@@ -35,15 +35,15 @@ float lit(sampler2D depths, ivec2 at) {
 float lit(sampler2D depths, ivec2 at) { return 1.0; }
 #endif
 
-vec3 average(sampler2D picture, sampler2D depths, ivec2 at) {
+vec3 meanOf(sampler2D picture, sampler2D depths, ivec2 at) {
   vec3 sum = vec3(0.0);
   for (int y = 0; y < samples; ++y)
     for (int x = 0; x < samples; ++x) sum += texelFetch(picture, at * samples + ivec2(x, y), 0).rgb;
   return sum * lit(depths, at) / float(samples * samples);
 }
 
-vec3 left(ivec2 at) { return average(left_eye, left_depth, at); }
-vec3 right(ivec2 at) { return average(right_eye, right_depth, at); }
+vec3 left(ivec2 at) { return meanOf(left_eye, left_depth, at); }
+vec3 right(ivec2 at) { return meanOf(right_eye, right_depth, at); }
 
 void main() {
   ivec2 at = ivec2(gl_FragCoord.xy);

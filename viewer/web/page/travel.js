@@ -7,6 +7,7 @@ const canvas = document.getElementById('canvas');
 // The address of a file of the page, under which the browser keeps the file.
 const pageFile = (name) => `/travel/page/${name}?v=${document.body.dataset.version}`;
 const kEvery_ms = 500;
+const kLostAgain_ms = 30000;
 const kNotch_units = [100, 3, 1];  // a notch of the wheel in pixels, lines, pages
 
 function tell(text) { note.textContent = text; }
@@ -162,6 +163,14 @@ if (missing) {
   });
   window.addEventListener('pagehide', () => {
     if (Module.calledRun) keep();
+  });
+  // After a reset of the graphics driver the page begins again at its address, unless it has just done so.
+  canvas.addEventListener('webglcontextlost', () => {
+    if (Module.calledRun) look();
+    const last = Number(sessionStorage.getItem('context_lost') || 0);
+    sessionStorage.setItem('context_lost', Date.now());
+    if (Date.now() - last > kLostAgain_ms) location.reload();
+    else tell('The graphics driver was reset again and again. Load the page again.');
   });
   setInterval(() => { if (Module.calledRun) look(); }, kEvery_ms);
   const unloaded = () => tell('The program of this page cannot be loaded. Is the server still running?');

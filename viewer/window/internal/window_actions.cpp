@@ -4,6 +4,8 @@
 #include "viewer/window/settings/internal/setting_actions.h"
 
 #include <cmath>
+#include <string>
+#include <utility>
 
 #include <nlohmann/json.hpp>
 
@@ -88,10 +90,10 @@ void WindowActions::press(const Key& key, bool repeated) {
 void WindowActions::act(Action action) {
   ++acted_;
   last_action_ = bindingOf(action).name;
+  if (action != Action::quit) asked_to_quit_ = false;
   switch (action) {
     case Action::quit:
-      quitting_ = true;
-      return;
+      return quit();
     case Action::help:
       panels.help = !panels.help;
       return;
@@ -145,6 +147,7 @@ void WindowActions::actInScene(Action action) {
     case Action::search:
       panels.search = search.focus = true;
       search.text.clear();
+      search.chosen = -1;
       search.error.clear();
       return findNames();
     case Action::set_bookmark:
@@ -174,6 +177,20 @@ void WindowActions::closeTop() {
     screenshots_.cancel();
   else if (scene_)
     scene_->travel().stopHand();
+}
+
+// Asks if something would be lost.
+void WindowActions::quit() {
+  const char* lost = screenshots_.isDrawing()                         ? "the picture that is being drawn"
+                     : scene_ && !scene_->travel().measured().empty() ? "the measurement"
+                                                                      : nullptr;
+  quitting_ = lost == nullptr || std::exchange(asked_to_quit_, true);
+  if (!quitting_) messages_.say(std::string(lost) + " would be lost: press q again to quit");
+}
+
+void WindowActions::searchFailed(const std::string& why) {
+  search.error = why;
+  search.focus = panels.search;
 }
 
 void WindowActions::zoom(double factor) {

@@ -43,6 +43,9 @@ class WindowActions {
   // Looks up names for the text of `search`. Requires a scene, which calls back before this object ends.
   void findNames();
 
+  // The search found nothing: says why, and gives its field the keyboard again.
+  void searchFailed(const std::string& why);
+
   OpenPanels panels;
   SearchPanel search;
 
@@ -66,6 +69,7 @@ class WindowActions {
   void act(Action action);
   void actInScene(Action action);
   void closeTop();
+  void quit();
   void zoom(double factor);
 
   Window& window_;
@@ -79,7 +83,7 @@ class WindowActions {
   HandInput input_;
   Tooltip tooltip_;
   Action awaiting_letter_ = Action::none;
-  bool quitting_ = false, frozen_ = false, window_picture_wanted_ = false;
+  bool quitting_ = false, asked_to_quit_ = false, frozen_ = false, window_picture_wanted_ = false;
   int picture_wanted_ = 0;
   std::uint64_t acted_ = 0, key_repeats_ = 0;
   std::string last_action_;

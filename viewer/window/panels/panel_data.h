@@ -20,6 +20,7 @@ struct OpenPanels {
 struct SearchPanel {
   std::string text;
   std::vector<std::string> names;  // of cells that match the text
+  int chosen = -1;                 // of `names`, by Up and Down; -1: none, Enter takes the text
   std::string error;               // of the last search
   bool focus = false;              // give the field the keyboard in the next frame
 };

@@ -276,16 +276,22 @@ void drawSearch(const PanelData& d, bool& open, SearchPanel& search, PanelReques
   if (search.text != text.data()) {
     search.text = text.data();
     search.error.clear();
+    search.chosen = -1;
     requests.search_changed = true;
   }
-  if (entered) requests.go = search.text;
+  const int names = static_cast<int>(search.names.size());
+  const auto pressed = [](ImGuiKey key) { return ImGui::IsKeyPressed(ImGui::GetKeyIndex(key)); };
+  if (ImGui::IsItemActive() && pressed(ImGuiKey_DownArrow)) ++search.chosen;
+  if (ImGui::IsItemActive() && pressed(ImGuiKey_UpArrow)) --search.chosen;
+  search.chosen = std::clamp(search.chosen, -1, names - 1);
+  if (entered) requests.go = search.chosen < 0 ? search.text : search.names[static_cast<std::size_t>(search.chosen)];
   for (std::size_t i = 0; i < search.names.size(); ++i) {
     // Draw the name as text: Dear ImGui does not show what follows "##" in a label.
     const std::string& name = search.names[i];
     ImGui::PushID(static_cast<int>(i));
     const ImVec2 at = ImGui::GetCursorScreenPos();
     const std::string shown = fitted(name, ImGui::GetContentRegionAvail().x);
-    if (ImGui::Selectable("##name")) requests.go = name;
+    if (ImGui::Selectable("##name", static_cast<int>(i) == search.chosen)) requests.go = name;
     if (shown.size() != name.size() && ImGui::IsItemHovered()) showWhole(name, d.scale);
     ImGui::GetWindowDrawList()->AddText(at, ImGui::GetColorU32(ImGuiCol_Text), shown.c_str());
     ImGui::PopID();
@@ -357,8 +363,9 @@ PanelRequests drawPanels(const PanelData& d, const TilePanel& tiles, OpenPanels&
   if (settings.show_tiles) internal::drawTiles(d, tiles);
   internal::drawAttributes(d, requests);
   if (open.settings) drawSettings(d, open.settings, settings, requests);
-  if (open.search) drawSearch(d, open.search, search, requests);
   if (open.help) internal::drawHelp(d, open.help);
+  // Last: a window that appears takes the keyboard from those before.
+  if (open.search) drawSearch(d, open.search, search, requests);
   // Centred in the window, if minimap and scale bar leave enough room.
   room.left = std::max(room.left, d.size.width - room.right) + 20 * d.scale;
   if (room.right - room.left < 240 * d.scale) room = {20 * d.scale, d.size.width - 20 * d.scale};

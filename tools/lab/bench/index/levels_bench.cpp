@@ -7,6 +7,7 @@
 #include "tools/lab/bench/trade.h"
 #include "tools/lab/bench/workloads.h"
 #include "tools/synthetic/synthetic.h"
+#include "viewer/gl/frame_governor.h"
 #include "viewer/gl/scene_view.h"
 
 #include <algorithm>
@@ -34,7 +35,7 @@ class Overview {
   Overview(const TileSet& set, const Levels& levels, bool quick)
       : quick_(quick), context_(makeOffscreenContext()), renderer_(*context_), scene_(set, &levels, renderer_) {
     if (quick_) frame_.size = {160, 100};
-    frame_.budget = SceneBudget::of(context_->description());
+    frame_.budget = FrameGovernor().budget();
     standard_ = frame_.budget;
     frame_.budget.samples = 1;
     frame_.moving = false;

@@ -2,6 +2,7 @@
 
 #include "index/query/nearest.h"
 #include "tools/lab/bench/trade.h"
+#include "viewer/gl/frame_governor.h"
 #include "viewer/gl/scene_view.h"
 
 #include <algorithm>
@@ -62,7 +63,7 @@ void measureZoom(const TileSet& set, const Levels& levels, std::uint64_t segment
   SceneView scene(set, &levels, renderer);
   SceneFrame frame;
   if (quick) frame.size = {320, 200};
-  frame.budget = SceneBudget::of(context->description());
+  frame.budget = FrameGovernor().budget();
   frame.budget.samples = 1;
   frame.moving = false;
   const double enough_px = frame.budget.enough_px;

@@ -7,6 +7,7 @@
 #include "solver/workspace/workspace.h"
 #include "tools/lab/bench/index/dense_cells.h"
 #include "tools/lab/bench/workloads.h"
+#include "viewer/gl/frame_governor.h"
 #include "viewer/gl/scene_view.h"
 
 #include <algorithm>
@@ -356,7 +357,7 @@ BenchReport runViewer(const BenchOptions& options) {
   if (options.quick) base.size = {160, 100};
   {
     Stage stage(path);
-    base.budget = SceneBudget::of(stage.context->description());
+    base.budget = FrameGovernor().budget();
     report.notes.push_back("Drawn by " + stage.context->description() + ".");
     report.notes.push_back(
         "A frame is timed until its last pixel is drawn. Samples: across a pixel, in each direction. What is drawn "

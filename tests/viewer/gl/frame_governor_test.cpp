@@ -1,0 +1,65 @@
+// The budget of frames follows their time, whatever draws them: tried with renderers of constant speed.
+#include "viewer/gl/frame_governor.h"
+
+#include <algorithm>
+
+#include <gtest/gtest.h>
+
+namespace filiform {
+namespace {
+
+// A renderer that takes `us` for a segment with one sample, and five times as much with all of them.
+SceneFigures draw(const FrameGovernor& governor, bool moving, double us) {
+  const SceneBudget& budget = governor.budget();
+  SceneFigures figures;
+  figures.redrawn = true;
+  figures.moving = moving;
+  figures.limited = true;
+  figures.segments = moving ? budget.moving_segments : budget.segments;
+  const int samples = moving ? budget.moving_samples : budget.samples;
+  figures.picture_ms = 1e-3 * us * static_cast<double>(figures.segments) * (samples > 1 ? 5 : 1);
+  return figures;
+}
+
+TEST(FrameGovernors, MotionKeepsItsTimeAtAnySpeed) {
+  for (const double us : {1e-3, 0.1, 1.5, 10.0}) {
+    FrameGovernor governor;
+    double ms = 0;
+    for (int i = 0; i < 60; ++i) {
+      const SceneFigures figures = draw(governor, true, us);
+      governor.drew(figures);
+      ms = figures.picture_ms;
+    }
+    EXPECT_LE(ms, 2 * FrameGovernor::kMoving_ms) << us;
+    if (us > 1) {
+      EXPECT_GE(ms, FrameGovernor::kMoving_ms / 4) << us;
+    }
+    if (us < 0.01) {
+      EXPECT_EQ(governor.budget().moving_samples, governor.budget().samples) << us;
+    }
+  }
+}
+
+TEST(FrameGovernors, RestGrowsAndShrinksInMotionOnly) {
+  FrameGovernor fast, slow;
+  for (int i = 0; i < 10; ++i) fast.drew(draw(fast, false, 0.01));
+  EXPECT_EQ(fast.budget().segments, FrameGovernor::kMostSegments);
+  const std::uint64_t first = slow.budget().segments;
+  for (int i = 0; i < 10; ++i) slow.drew(draw(slow, false, 10));
+  EXPECT_EQ(slow.budget().segments, first);
+  slow.drew(draw(slow, true, 10));
+  EXPECT_LT(slow.budget().segments, first);
+}
+
+TEST(FrameGovernors, WhatTheUserAsksForIsKeptAtRest) {
+  FrameGovernor governor(2'000'000);
+  for (int i = 0; i < 10; ++i) {
+    governor.drew(draw(governor, false, 10));
+    governor.drew(draw(governor, true, 10));
+  }
+  EXPECT_EQ(governor.budget().segments, 2'000'000u);
+  EXPECT_LT(governor.budget().moving_segments, 50'000u);
+}
+
+}  // namespace
+}  // namespace filiform

@@ -1,0 +1,33 @@
+// How much a frame may draw, by the measured time of the frames before.
+// Thread rule: one thread.
+#pragma once
+
+#include "viewer/gl/scene_frame.h"
+
+#include <cstdint>
+
+namespace filiform {
+
+class FrameGovernor {
+ public:
+  // A picture in motion is to take this long. A picture at rest is drawn in parts of kPart_ms and grows while it takes
+  // less than half of kRest_ms.
+  static constexpr double kMoving_ms = 50, kPart_ms = 30, kRest_ms = 1000;
+  static constexpr std::uint64_t kMostSegments = 2'000'000, kLeastSegments = 2000;
+
+  // `segments`: chosen at rest, and never more in motion; 0: as many as kRest_ms allows, at most kMostSegments.
+  explicit FrameGovernor(std::uint64_t segments = 0);
+  const SceneBudget& budget() const { return budget_; }  // of the next frame
+  // Takes the figures of a frame that was drawn with this budget.
+  void drew(const SceneFigures& figures);
+
+ private:
+  void drewMoving(double ms, std::uint64_t segments);
+
+  std::uint64_t most_;
+  bool fixed_;
+  SceneBudget budget_;
+  double rest_ms_ = 0;  // of the last picture at rest
+};
+
+}  // namespace filiform
