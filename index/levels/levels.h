@@ -69,8 +69,7 @@ class Levels {
 // Compares every level tile with the full-resolution tiles below it. All owned segments must be counted, and each cell
 // must have a segment or ball in the tile unless it is `coarser`. Each full-resolution segment must lie within the
 // stated error of the tile's neurites of its cell. If it does not, other segments of the tile must cover its pixels.
-// Each segment of the tile must lie within the error of its cell. Returns one line a problem. O(segments * levels *
-// segments of a cell in a tile).
+// Each segment of the tile must lie within the error of its cell. Returns one line a problem. O(segments * levels).
 std::vector<std::string> checkLevels(const TileSet& set, const Levels& levels);
 
 }  // namespace filiform

@@ -13,6 +13,9 @@ namespace {
 constexpr std::string_view kLevelMagic = "FILILEVL", kLevelPackMagic = "FILILPAK";
 constexpr std::size_t kLevelHeaderBytes = 40, kPageChecksumBytes = 8, kLevelEntryBytes = 160, kChecksumAt = 32;
 constexpr std::uint32_t kTilesPerPage = 4096;
+// Ingest makes no other tiles. A reader's work grows with the tiles of a block, and as pixels shrink.
+constexpr std::uint32_t kMostCoarser = 64;
+constexpr double kLeastPixel = 1.0 / 2048;  // of the set's quantum
 
 std::size_t rootBytes(std::size_t pages) { return kLevelHeaderBytes + pages * kPageChecksumBytes; }
 
@@ -38,7 +41,7 @@ void writeLevelEntry(ByteWriter& out, const LevelEntry& e, const TileLocation& a
   out.u64(at.appearance_checksum);
 }
 
-void readLevelEntry(ByteReader& in, LevelEntry& e, TileLocation& at) {
+void readLevelEntry(ByteReader& in, const Grid& grid, LevelEntry& e, TileLocation& at) {
   e.key.low = in.key();
   const std::uint32_t depth = in.u32();
   in.require(depth < static_cast<std::uint32_t>(kMortonBits) && depth % 3 == 0 && e.key.low >> kMortonBits == 0,
@@ -49,8 +52,9 @@ void readLevelEntry(ByteReader& in, LevelEntry& e, TileLocation& at) {
   e.content = in.box();
   e.segments = in.u32();
   e.coarser = in.u16();
+  in.require(e.coarser <= kMostCoarser, "a block has too many tiles");
   e.exponent = static_cast<std::int16_t>(in.u16());
-  in.require(e.exponent >= Grid::kMinExponent && e.exponent <= Grid::kMaxExponent, "the quantum is out of range");
+  in.require(e.exponent >= grid.exponent() && e.exponent <= Grid::kMaxExponent, "the quantum is out of range");
   e.error_um = in.f64();
   e.represented = in.u64();
   e.hidden = in.u64();
@@ -59,6 +63,7 @@ void readLevelEntry(ByteReader& in, LevelEntry& e, TileLocation& at) {
   const auto isLength = [](double um) { return std::isfinite(um) && um >= 0; };
   in.require(isLength(e.error_um) && isLength(e.hidden_um) && isLength(e.pixel_um) && (e.hidden == 0 || e.pixel_um > 0),
              "a tile's figures contradict each other");
+  in.require(e.hidden == 0 || e.pixel_um >= kLeastPixel * grid.quantum_um(), "pixels are too small");
   at.geometry_bytes = in.u32();
   at.appearance_bytes = in.u32();
   e.decoded_bytes = in.u64();
@@ -128,7 +133,8 @@ LevelTable decodeLevels(ByteSpan bytes) {
     if (checksum(body) != page_checksum) throw Damage{at, "page " + std::to_string(page) + "'s checksum is wrong"};
     ByteReader entries(body);
     try {
-      for (std::uint32_t t = begin; t < end; ++t) readLevelEntry(entries, table.entries[t], table.locations[t]);
+      for (std::uint32_t t = begin; t < end; ++t)
+        readLevelEntry(entries, table.grid, table.entries[t], table.locations[t]);
     } catch (const Damage& damage) {
       throw Damage{at + damage.offset, damage.what};
     }

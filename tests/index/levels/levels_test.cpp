@@ -375,14 +375,47 @@ class Forged final : public TileSource {
   std::vector<std::uint8_t> table_;
 };
 
+internal::LevelTable levelTableOf(const TileSet& set) {
+  std::vector<std::uint8_t> bytes;
+  for (const SetFile& file : set.files())
+    if (file.name == internal::kLevelsFile) bytes.resize(file.bytes);
+  set.read(internal::kLevelsFile, 0, bytes);
+  return internal::decodeLevels(bytes);
+}
+
+TEST_F(LevelsTest, ATableWhoseNumbersMakeMuchWorkIsRefused) {
+  const internal::LevelTable table = levelTableOf(*set_);
+  const auto refusal = [&](auto change) -> std::string {
+    internal::LevelTable forged = table;
+    change(forged.entries[0]);
+    const auto set = TileSet::open(std::make_unique<Forged>(openFolder(path_), internal::encodeLevels(forged)));
+    try {
+      Levels::open(*set);
+    } catch (const CorruptSet& damage) {
+      return damage.what();
+    }
+    return "";
+  };
+  const auto withPixel = [&](double pixel_um) {
+    return refusal([&](LevelEntry& e) {
+      e.hidden = 1;
+      e.pixel_um = pixel_um;
+    });
+  };
+  const auto expectRefusal = [](const std::string& found, const std::string& expected) {
+    EXPECT_NE(found.find(expected), std::string::npos) << found;
+  };
+  EXPECT_EQ(withPixel(set_->grid().quantum_um() / 2048), "");
+  expectRefusal(withPixel(set_->grid().quantum_um() / 2049), "pixels are too small");
+  expectRefusal(withPixel(1e-300), "pixels are too small");
+  EXPECT_EQ(refusal([](LevelEntry& e) { e.coarser = 64; }), "");
+  expectRefusal(refusal([](LevelEntry& e) { e.coarser = 65; }), "too many tiles");
+  expectRefusal(refusal([](LevelEntry& e) { e.exponent = set_->grid().exponent() - 1; }), "quantum is out of range");
+}
+
 TEST_F(LevelsTest, CheckFindsAnErrorThatIsUnderstated) {
   const std::string path = made(*folder_, "small", test::randomColumn(32, 4, 150, 100), {.capacity = 32});
-  std::vector<std::uint8_t> bytes;
-  const auto small = TileSet::open(path);
-  for (const SetFile& file : small->files())
-    if (file.name == internal::kLevelsFile) bytes.resize(file.bytes);
-  small->read(internal::kLevelsFile, 0, bytes);
-  const internal::LevelTable table = internal::decodeLevels(bytes);
+  const internal::LevelTable table = levelTableOf(*TileSet::open(path));
   const auto problemsOf = [&](auto change) {
     internal::LevelTable forged = table;
     change(forged.entries[0]);
