@@ -8,6 +8,7 @@
 #include <chrono>
 #include <cmath>
 #include <fstream>
+#include <limits>
 #include <malloc.h>
 #include <random>
 #include <stdexcept>
@@ -42,6 +43,22 @@ OwnEngine::OwnEngine(CellStream& cells, std::uint64_t segments) {
     nearest_->find(h_W, {}, found);
     const double d = found[0].distance_um;
     return d * d;
+  };
+}
+
+WholeEngine::WholeEngine(CellStream& cells, std::uint64_t segments) {
+  const double before = residentBytes(), from = threadTime_s();
+  {
+    const auto store = buildTilesInMemory(cells, {.capacity = UINT32_MAX});
+    for (TileId id = 0; id < store->tile_count(); ++id) trees_.push_back(makeTileEngine("packed", store->load(id)));
+  }
+  engine_.name = "whole";
+  engine_.build_s = threadTime_s() - from;
+  engine_.bytes = (residentBytes() - before) / static_cast<double>(segments);
+  engine_.squared = [this](const Vector3d& h_W) {
+    Candidates best(1, 0, std::numeric_limits<double>::infinity());
+    for (const auto& tree : trees_) tree->search(h_W, best);
+    return best.bound2();
   };
 }
 
@@ -115,6 +132,25 @@ std::vector<Raced> raceJumps(const std::vector<JumpEngine>& engines, const std::
     all[e].p99_ns = percentile(single, 0.99);
   }
   return all;
+}
+
+RacedBatches raceBatches(const Nearest& nearest, const std::vector<Vector3d>& points) {
+  RacedBatches raced;
+  std::vector<NearestResult> found;
+  const auto timed = [&](std::vector<double>& ns, const auto& work) {
+    const auto start = RaceClock::now();
+    work();
+    const std::chrono::duration<double, std::nano> passed = RaceClock::now() - start;
+    ns.push_back(passed.count() / static_cast<double>(points.size()));
+  };
+  for (int batch = 0; batch < kBatches; ++batch) {
+    timed(raced.single, [&] {
+      for (const Vector3d& h_W : points) nearest.find(h_W, {}, found);
+    });
+    timed(raced.one_thread, [&] { nearest.findAll(points, {}, 1); });
+    timed(raced.two_threads, [&] { nearest.findAll(points, {}, 2); });
+  }
+  return raced;
 }
 
 }  // namespace filiform::tools

@@ -4,6 +4,7 @@
 
 #include "index/query/nearest.h"
 #include "index/set/tile_store.h"
+#include "index/tile/tile_engine.h"
 #include "tools/lab/bench/peers.h"
 
 #include <cstdint>
@@ -37,6 +38,18 @@ class OwnEngine {
   JumpEngine engine_;
 };
 
+// filiform's tree in one piece over all segments, searched directly: what tiles cost nothing against. Must outlive its
+// engine().
+class WholeEngine {
+ public:
+  WholeEngine(CellStream& cells, std::uint64_t segments);
+  const JumpEngine& engine() const { return engine_; }
+
+ private:
+  std::vector<std::unique_ptr<TileEngine>> trees_;  // of the one tile, and of the long-segment tile if there is one
+  JumpEngine engine_;
+};
+
 // Every segment of the store once, in the form that peers take.
 std::vector<SegmentEnds> ownedEnds(const TileStore& store);
 
@@ -53,6 +66,13 @@ struct Raced {
   double p99_ns = 0;       // of single jumps, by the clock, including the reading of the clock
   double recall = 0;       // fraction of correct results
 };
+
+// Wall time of a point, ns, by batch: for one call of find() a point, in the given order, and for findAll() on one and
+// on two threads, in turn.
+struct RacedBatches {
+  std::vector<double> single, one_thread, two_threads;
+};
+RacedBatches raceBatches(const Nearest& nearest, const std::vector<Vector3d>& points);
 
 // Runs kBatches batches, the engines in turn, and then each jump alone for the 99th percentile. Throws
 // std::runtime_error if an engine differs from the first one by more than 1e-6 um.

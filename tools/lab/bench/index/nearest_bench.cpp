@@ -13,6 +13,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 
 namespace filiform::tools {
@@ -80,6 +81,13 @@ BenchReport runNearest(const BenchOptions& options) {
       {"segments", "engine", "build s", "bytes", "tile ready us"},
       {},
       {"segments", "engine"}};
+  BenchTable batches{
+      "batches",
+      "Batches of points, everything in memory: ns by the clock a point (median of batches), for one call "
+      "a point in random order, and for findAll() on one and on two threads",
+      {"segments", "points", "single ns", "one thread ns", "two threads ns", "one faster", "two faster"},
+      {},
+      {"segments", "points"}};
   std::vector<std::vector<PlotSeries>> curves(std::size(kWhere));
   std::vector<PlotSeries> bytes_curve;
   PlotSeries ready{"a tile ready", {}, {}};
@@ -100,8 +108,12 @@ BenchReport runNearest(const BenchOptions& options) {
     const TileStore& store = own.store();
     const Nearest& nearest = own.nearest();
     std::vector<JumpEngine> engines{own.engine()};
+    std::optional<WholeEngine> whole;
     std::vector<SegmentEnds> ends;
     if (size <= kMostForPeers) {
+      options.progress("one tree of " + n);
+      DenseCells again(library, size, kPerUm3, options.seed);
+      engines.push_back(whole.emplace(again, size).engine());
       ends = ownedEnds(store);
       for (const Peer& peer : peers()) {
         if (!peer.inBuild()) continue;
@@ -129,10 +141,27 @@ BenchReport runNearest(const BenchOptions& options) {
             {"jumps", {static_cast<std::int64_t>(size), where, engines[e].name}, "ns", "ns", false, raced[e].ns});
         put(curves[w], engines[e].name, static_cast<double>(size), ns);
         if (size != largest || where == "far") continue;
+        if (engines[e].name == "whole")
+          report.goals.push_back({"warm exact jump, " + where + ", times the time of one tree over all",
+                                  "<= " + shown(where == "near" ? 1.2 : 1.3), "<= 1.1", own_ns / ns,
+                                  own_ns / ns <= (where == "near" ? 1.2 : 1.3), own_ns / ns <= 1.1});
         if (engines[e].name == "CGAL") report.goals.push_back(timesFaster("one CGAL tree", where, ns / own_ns, 3, 5));
         if (engines[e].name == "Boost") report.goals.push_back(timesFaster("Boost", where, ns / own_ns, 1.1, 2));
         if (engines[e].name == "Embree") report.goals.push_back(timesFaster("Embree 3", where, ns / own_ns, 0.8, 1.5));
       }
+    }
+    for (std::size_t w = 0; size == largest && w < 2; ++w) {
+      options.progress(std::string("batches through ") + n + ", " + kWhere[w]);
+      const RacedBatches raced =
+          raceBatches(nearest, pointsOf(store, kWhere[w], options.quick ? 1000 : 100'000, side_um, options.seed + 2));
+      const double single = percentile(raced.single, 0.5), one = percentile(raced.one_thread, 0.5),
+                   two = percentile(raced.two_threads, 0.5);
+      batches.rows.push_back(
+          {static_cast<std::int64_t>(size), std::string(kWhere[w]), single, one, two, single / one, one / two});
+      report.goals.push_back({std::string("a batch on one thread, ") + kWhere[w] + ", times faster than single calls",
+                              ">= 1.6", ">= 2.5", single / one, single / one >= 1.6, single / one >= 2.5});
+      report.goals.push_back({std::string("a batch on two threads, ") + kWhere[w] + ", times faster than on one",
+                              ">= 1.9", ">= 1.9", one / two, one / two >= 1.9, one / two >= 1.9});
     }
     for (const JumpEngine& engine : engines) {
       built.rows.push_back({static_cast<std::int64_t>(size), engine.name, engine.build_s, engine.bytes,
@@ -166,6 +195,7 @@ BenchReport runNearest(const BenchOptions& options) {
   report.curves.push_back(std::move(ready_curve));
   report.tables.push_back(std::move(table));
   report.tables.push_back(std::move(built));
+  report.tables.push_back(std::move(batches));
   std::string absent;
   for (const Peer& peer : peers()) {
     if (peer.inBuild())
@@ -183,7 +213,8 @@ BenchReport runNearest(const BenchOptions& options) {
       "single "
       "jumps, reading the clock included. FLANN and nanoflann search points: middles of pieces of segments, each "
       "refined "
-      "to its segment. Beyond 1e7 segments filiform runs alone.");
+      "to its segment. Whole: filiform's tree over all segments in one piece, without tiles. Beyond 1e7 segments "
+      "filiform runs alone.");
   std::string settings;
   for (const Peer& peer : peers())
     if (peer.inBuild()) settings += (settings.empty() ? "" : "; ") + peer.name + ": " + peer.best().name;
