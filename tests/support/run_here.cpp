@@ -43,6 +43,7 @@ std::vector<std::vector<std::string>> goodCommands() {
           {"info", "set.fil"},
           {"cells", "set.fil"},
           {"measure", "set.fil"},
+          {"contacts", "set.fil", "--within", "1"},
           {"verify", "set.fil"},
           {"nearest", "set.fil", "1", "2", "3"},
           {"path", "set.fil", "cell:1", "cell:2"},

@@ -51,6 +51,7 @@ const std::vector<CampaignCommand>& readers() {
       {"info", {"info", "SET", "--parameters"}},
       {"cells", {"cells", "SET"}},
       {"measure", {"measure", "SET", "--features", "all", "--sholl", "10"}},
+      {"contacts", {"contacts", "SET", "--within", "1", "--memory", "64MiB"}},
       {"nearest", {"nearest", "SET", "0", "700", "0", "--k", "3", "--budget", "64MiB"}},
       {"nearest --approximate", {"nearest", "SET", "0", "700", "0", "--approximate"}},
       {"nearest --box", {"nearest", "SET", "--box", "-50", "0", "-50", "50", "900", "50"}},

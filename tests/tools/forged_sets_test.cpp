@@ -32,6 +32,7 @@ class ForgedSets : public ::testing::Test {
   std::vector<std::vector<std::string>> commands(const std::string& set) const {
     return {{"cells", set},
             {"measure", set},
+            {"contacts", set, "--within", "1"},
             {"export", set, "--all", "-o", path("out" + std::to_string(++outputs_) + "/")},
             {"export", set, "--cell", store_->cell(0).name, "-o", path("out.swc")},
             {"navigate", set, "--cell", store_->cell(0).name, "--seconds", "0.1"},

@@ -147,6 +147,8 @@ std::vector<Option> outputOptions(const std::string& swc, const std::string& set
          return Arguments{"measure", set, "--npz", out};
        },
        false, ".npz"},
+      {"contacts -o", [set](const std::string& out) { return Arguments{"contacts", set, "--within", "1", "-o", out}; },
+       false, ".tsv"},
       {"path -o", [set](const std::string& out) { return Arguments{"path", set, "cell:1", "cell:60", "-o", out}; }},
       {"navigate -o", navigate("-o")},
       {"navigate --csv", navigate("--csv")},

@@ -19,6 +19,7 @@
 #include "index/cell/cell_parts.h"
 #include "index/circuits/circuit.h"
 #include "index/circuits/placements.h"
+#include "index/contacts/contacts.h"
 #include "index/file/faulty_source.h"
 #include "index/file/future_read.h"
 #include "index/formats/swc.h"
@@ -112,6 +113,14 @@ void cellPass(const std::unique_ptr<TileSet>& set, const std::vector<std::uint32
   // index/query/cell_pass.h
   CellPass cells(*set, ids);
   for (std::size_t i = 0; i < ids.size(); ++i) use(cells.next());
+}
+
+void contacts(const std::unique_ptr<TileSet>& set, const std::vector<std::uint32_t>& cells) {
+  // index/contacts/contacts.h
+  findContacts(*set, {.within_um = 2, .from = cells, .to = cells}, [&](const ContactSite& site) {
+    std::cout << set->cell(site.sides[0].cell).name << " meets " << set->cell(site.sides[1].cell).name << " at "
+              << site.sides[0].p_W.transpose() << ", " << site.distance_um << " um\n";
+  });
 }
 
 void keptTiles(const std::unique_ptr<TileSet>& set, const std::vector<std::uint32_t>& cells, void use(CellGraph)) {
@@ -522,7 +531,7 @@ TEST(HeaderExamples, AllAreCompiledHereAsTheyStandThere) {
             << text;
       }
     }
-  EXPECT_EQ(count, 48u) << "examples; a new one goes into this file";
+  EXPECT_EQ(count, 49u) << "examples; a new one goes into this file";
 }
 
 TEST(HeaderExamples, AnExampleIsTold) {

@@ -25,6 +25,7 @@ void addPull(CLI::App& app, Chosen& chosen);
 void addInfo(CLI::App& app, Chosen& chosen);
 void addCells(CLI::App& app, Chosen& chosen);
 void addMeasure(CLI::App& app, Chosen& chosen);
+void addContacts(CLI::App& app, Chosen& chosen);
 void addVerify(CLI::App& app, Chosen& chosen);
 void addNearest(CLI::App& app, Chosen& chosen);
 void addPath(CLI::App& app, Chosen& chosen);
