@@ -119,6 +119,13 @@ void requireMemory(const std::string& path, const TileSet& base, const IngestOpt
                    std::to_string(base.cell_count()) + " cells; give it by --memory");
 }
 
+// Sets of an older format are read, but do not grow.
+void requireNewestFormat(const std::string& path, const TileSet& base) {
+  if (base.format() == internal::kFormatVersion) return;
+  throw InputError(escaped(path) + ": has format " + std::to_string(base.format()) + "; run filiform compact " +
+                   escaped(path) + ", then change its cells again");
+}
+
 void refuseTwins(const TileSet& base, const TileSet& added, const std::string& path) {
   for (std::uint32_t c = 0; c < added.cell_count(); ++c)
     if (const std::string& name = added.cell(c).name; base.findCell(name))
@@ -241,6 +248,7 @@ GrowthResult addCells(CellStream& cells, const std::string& path, const IngestOp
   internal::checkedThreads(given);
   SetFolder folder(internal::folderName(path), SetFolder::Purpose::grow);
   const auto base = TileSet::open(path);
+  requireNewestFormat(path, *base);
   requireMemory(path, *base, given);
   IngestOptions options = optionsLike(*base, given);
   options.levels = false;
@@ -282,6 +290,7 @@ GrowthResult removeCells(const std::vector<std::string>& names, const std::strin
   internal::checkedThreads(given);
   SetFolder folder(internal::folderName(path), SetFolder::Purpose::grow);
   const auto base = TileSet::open(path);
+  requireNewestFormat(path, *base);
   requireMemory(path, *base, given);
   const auto step = internal::stepOf(given);
   std::vector<bool> removed(base->cell_count(), false);
@@ -310,6 +319,7 @@ SyncResult syncCells(CellStream& cells, const std::string& path, const SyncOptio
   internal::checkedThreads(given);
   SetFolder folder(internal::folderName(path), SetFolder::Purpose::grow);
   const auto base = TileSet::open(path);
+  requireNewestFormat(path, *base);
   requireMemory(path, *base, given);
   IngestOptions options = optionsLike(*base, given);
   options.levels = false;

@@ -32,7 +32,8 @@ struct IngestOptions {
   std::uint64_t reading_bytes = 0;                      // and a part that it uses only until it ends
   std::uint64_t chunk_segments = 0;                     // for tests: most segments in memory at once; 0: by memory
   std::uint64_t pack_bytes = std::uint64_t{256} << 20;  // for tests: bytes after which a pack ends
-  std::uint32_t page_tiles = 256;                       // for tests: tiles of a page of the directory; a power of 2
+  std::uint32_t page_tiles = 64;                        // for tests: tiles of a page of the directory; a power of 2
+  std::uint32_t group_pages = 1;                        // for tests: pages of a group of the directory; a power of 2
   bool levels = false;                                  // write levels of detail, needed to view large sets
   bool force = false;                                   // replace an existing set
   // Not null: these processes make the set together. Each passes its own cells to ingest(), and the cells of a rank

@@ -26,6 +26,7 @@ class MemoryTiles final : public TileStore, private internal::TileSink {
       const auto id = tile_of[found.leaf] = static_cast<TileId>(tiles_.size());
       tiles_.push_back(std::make_shared<const Tile>(id, found.key, found.is_long, grid_, found.segments));
       entries_.push_back(internal::entryOf(*tiles_.back()));
+      entries_.back().types = found.types;
       appearances_.push_back(std::move(found.appearance));
       if (found.is_long) {
         long_tile_ = id;

@@ -6,6 +6,7 @@
 #include "index/workers.h"
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <memory>
 #include <utility>
@@ -80,36 +81,39 @@ struct TileFinder::Impl {
         }
         return r;
       }
-      r->node = group_count == 1
-                    ? nodeOfPages(0)
-                    : node(Kind::groups, 0, group_count, [this](std::uint32_t g) { return store.groupContent(g); });
+      // A group of one page has the boxes of its page.
+      r->node = group_count == 1 ? nodeOfPages(0)
+                                 : node(group_pages == 1 ? Kind::pages : Kind::groups, 0, group_count,
+                                        [this](std::uint32_t g) { return store.groupBoxes(g); });
       for (std::uint32_t g = 0; g < group_count; ++g)
         if (const GridBox content = store.groupContent(g); !content.empty()) extend(r->bounds, box(content));
       return r;
     });
   }
 
-  template <typename Content>
-  Node node(Kind items, std::uint64_t begin, std::uint64_t end, Content contentOf) const {
+  // An item with several boxes comes once for each.
+  template <typename Boxes>
+  Node node(Kind items, std::uint64_t begin, std::uint64_t end, Boxes boxesOf) const {
     Node made{items, nullptr, {}};
     std::vector<WorldBox> boxes;
     for (auto id = static_cast<std::uint32_t>(begin); id < end; ++id) {
-      const GridBox content = contentOf(id);
-      if (content.empty()) continue;
-      made.ids.push_back(id);
-      boxes.push_back(box(content));
+      for (const GridBox& content : boxesOf(id)) {
+        if (content.empty()) continue;
+        made.ids.push_back(id);
+        boxes.push_back(box(content));
+      }
     }
     made.boxes = std::make_unique<internal::BoxLevels>(boxes);
     return made;
   }
   Node nodeOfPages(std::uint64_t number) const {
     return node(Kind::pages, number * group_pages, std::min<std::uint64_t>(page_count, (number + 1) * group_pages),
-                [this](std::uint32_t p) { return store.pageContent(p); });
+                [this](std::uint32_t p) { return store.pageBoxes(p); });
   }
   Node nodeOfTiles(std::uint64_t number) const {
     const std::uint64_t end = std::min<std::uint64_t>(store.tile_count(), (number + 1) * page_tiles);
     return node(Kind::tiles, number * page_tiles, end,
-                [this](TileId tile) { return listed(tile) ? store.entry(tile).content : GridBox{}; });
+                [this](TileId tile) { return std::array{listed(tile) ? store.entry(tile).content : GridBox{}}; });
   }
 
   // The node of a group or page that `parent` lists.
@@ -123,11 +127,18 @@ struct TileFinder::Impl {
   // Calls use(tile, box) for the tiles whose box may meet the region.
   template <typename Use>
   void meeting(const Node& from, const Region& region, const Use& use) {
-    from.boxes->meeting(region, [&](std::uint32_t item) {
-      if (from.items != Kind::tiles) return meeting(enter(from, item), region, use);
-      const WorldBox tile_box = box(from.ids[item]);
-      if (region.mayMeet(tile_box)) use(from.ids[item], tile_box);
-    });
+    std::uint32_t entered = kNoTile;
+    std::vector<std::uint32_t> items;
+    from.boxes->meeting(region, [&](std::uint32_t item) { items.push_back(item); });
+    std::sort(items.begin(), items.end());  // the boxes of a group or page follow each other
+    for (const std::uint32_t item : items) {
+      const std::uint32_t id = from.ids[item];
+      if (from.items != Kind::tiles) {
+        if (id != std::exchange(entered, id)) meeting(enter(from, item), region, use);
+      } else if (const WorldBox tile_box = box(id); region.mayMeet(tile_box)) {
+        use(id, tile_box);
+      }
+    }
   }
 };
 
@@ -271,7 +282,10 @@ void TileFinder::Walk::State::take(std::uint32_t at, double bound) {
     return offer({finder->box(tile).squaredDistanceBelow(h_W), true, tile});
   }
   const Impl::Node& entered = finder->enter(node, place.at);
-  if (entered.boxes->items() > 0) open(entered, entered.boxes->root(), bound);
+  // An item that has another box nearby was entered before.
+  const bool again =
+      std::any_of(opened.begin(), opened.end(), [&entered](const Opened& before) { return before.node == &entered; });
+  if (!again && entered.boxes->items() > 0) open(entered, entered.boxes->root(), bound);
 }
 
 thread_local std::unique_ptr<TileFinder::Walk::State> TileFinder::Walk::State::spare;

@@ -25,6 +25,8 @@ class ForwardingStore : public TileStore {
   std::uint32_t group_pages() const override { return store_.group_pages(); }
   GridBox pageContent(std::uint32_t page) const override { return store_.pageContent(page); }
   GridBox groupContent(std::uint32_t group) const override { return store_.groupContent(group); }
+  std::vector<GridBox> pageBoxes(std::uint32_t page) const override { return store_.pageBoxes(page); }
+  std::vector<GridBox> groupBoxes(std::uint32_t group) const override { return store_.groupBoxes(group); }
   std::uint64_t floorBytes() const override { return store_.floorBytes(); }
   std::uint64_t segmentCount() const override { return store_.segmentCount(); }
   std::uint64_t decodedBytes() const override { return store_.decodedBytes(); }

@@ -116,8 +116,12 @@ TileId TileSet::long_tile() const { return impl_->directory.root().long_tile; }
 const TileEntry& TileSet::entry(TileId tile) const { return impl_->directory.entry(tile); }
 TileId TileSet::page_tiles() const { return impl_->directory.root().page_tiles; }
 std::uint32_t TileSet::group_pages() const { return impl_->directory.root().group_pages; }
-GridBox TileSet::pageContent(std::uint32_t page) const { return impl_->directory.pageContent(page); }
+GridBox TileSet::pageContent(std::uint32_t page) const { return impl_->directory.record(page).content; }
 GridBox TileSet::groupContent(std::uint32_t group) const { return impl_->directory.root().groups.at(group).content; }
+std::vector<GridBox> TileSet::pageBoxes(std::uint32_t page) const { return impl_->directory.record(page).boxes; }
+std::vector<GridBox> TileSet::groupBoxes(std::uint32_t group) const {
+  return impl_->directory.root().groups.at(group).boxes;
+}
 std::uint64_t TileSet::floorBytes() const { return impl_->manifest().floor_bytes; }
 std::uint64_t TileSet::segmentCount() const { return counts().segments; }
 std::uint64_t TileSet::decodedBytes() const { return counts().decoded_bytes; }
@@ -184,6 +188,12 @@ void TileSet::checkCells() const { impl_->cells.check(); }
 std::uint32_t TileSet::capacity() const { return impl_->manifest().capacity; }
 
 std::shared_ptr<const Tile> TileSet::load(TileId tile) const {
+  auto loaded = loadToSearch(tile);
+  impl_->directory.knowHomes(*loaded);
+  return loaded;
+}
+
+std::shared_ptr<const Tile> TileSet::loadToSearch(TileId tile) const {
   const TileEntry& stated = entry(tile);
   const internal::Patch* const patch = impl_->patch(tile);
   const internal::TileLocation& at = location(tile);
@@ -206,9 +216,7 @@ std::shared_ptr<const Tile> TileSet::load(TileId tile) const {
     refuse(at);
   if (found.segment_count() > 0 && found.segmentId(found.segment_count() - 1).cell >= cell_count())
     refuse(at, "holds a segment of a cell that does not exist");
-  auto loaded = std::make_shared<const Tile>(std::move(found));
-  impl_->directory.knowHomes(*loaded);
-  return loaded;
+  return std::make_shared<const Tile>(std::move(found));
 }
 
 TileAppearance TileSet::loadAppearance(TileId tile) const {
@@ -252,6 +260,7 @@ const Landmarks& TileSet::landmarks() const {
   });
 }
 
+std::uint32_t TileSet::format() const { return impl_->manifest().version; }
 const std::string& TileSet::revision() const { return impl_->revision.name(); }
 const std::string& TileSet::manifest() const { return impl_->revision.text(); }
 std::string TileSet::readProvenance() const {

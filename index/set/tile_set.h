@@ -46,6 +46,8 @@ class TileSet final : public TileStore {
   std::uint32_t group_pages() const override;
   GridBox pageContent(std::uint32_t page) const override;
   GridBox groupContent(std::uint32_t group) const override;
+  std::vector<GridBox> pageBoxes(std::uint32_t page) const override;
+  std::vector<GridBox> groupBoxes(std::uint32_t group) const override;
   std::uint64_t floorBytes() const override;
   std::uint64_t segmentCount() const override;
   std::uint64_t decodedBytes() const override;
@@ -53,6 +55,7 @@ class TileSet final : public TileStore {
   bool isRemote() const override;
   std::uint32_t capacity() const override;
   std::shared_ptr<const Tile> load(TileId tile) const override;
+  std::shared_ptr<const Tile> loadToSearch(TileId tile) const override;
   TileAppearance loadAppearance(TileId tile) const override;
   std::uint32_t cell_count() const override;
   // The table of cells has a root and pages of 256 cells. Pages stay in memory once they are read.
@@ -62,6 +65,7 @@ class TileSet final : public TileStore {
   std::vector<TileId> cellTiles(std::uint32_t id) const override;
   const Landmarks& landmarks() const override;
 
+  std::uint32_t format() const;         // version of the format, as the manifest states it
   const std::string& revision() const;  // name of the revision's folder
   const std::string& manifest() const;  // text of the manifest, JSON
   std::string readProvenance() const;   // text of provenance.json; throws CorruptSet, IoError

@@ -21,6 +21,7 @@ struct TileEntry {  // what the directory states about a tile
   std::uint32_t stored = 0;    // owned + ghosts
   std::uint32_t isolated = 0;  // of the owned: zero-length segments of isolated samples
   std::uint64_t decoded_bytes = 0;  // Tile::bytes() after loading
+  TypeMask types = kAnyType;        // at least those of all stored segments; kAnyType: not known
 };
 
 // What the table of cells states about a cell.
@@ -103,6 +104,10 @@ class TileStore {
   // A box around the content of a group's tiles, known without reading. O(1); O(tiles of the group) for stores in
   // memory.
   virtual GridBox groupContent(std::uint32_t group) const;
+  // Some boxes that together contain the content of the page's or the group's leaves, often closer than the box around
+  // all. Cost and errors as above.
+  virtual std::vector<GridBox> pageBoxes(std::uint32_t page) const { return {pageContent(page)}; }
+  virtual std::vector<GridBox> groupBoxes(std::uint32_t group) const { return {groupContent(group)}; }
   // Bytes in memory of the two largest tiles and the long-segment tile together. O(1); O(tiles) for stores in memory.
   virtual std::uint64_t floorBytes() const;
   // Segments of all cells, without isolated samples; bytes of all tiles in memory. O(1); O(cells), O(tiles) for stores
@@ -119,6 +124,8 @@ class TileStore {
   // Reads, checks and decodes a tile. From then on, leaves() contains the homes of its nodes. Throws CorruptTile,
   // IoError. One disk read, O(segments of the tile).
   virtual std::shared_ptr<const Tile> load(TileId tile) const = 0;
+  // As load(), for a search: leaves() need not contain the homes of the tile's nodes, so no page is read for them.
+  virtual std::shared_ptr<const Tile> loadToSearch(TileId tile) const { return load(tile); }
   virtual TileAppearance loadAppearance(TileId tile) const = 0;  // like load()
 
   // Ids are 0 .. cell_count()-1. Some cells may be removed (CellRecord::removed).

@@ -20,6 +20,7 @@
 #include "index/geometry/morton.h"
 #include "index/geometry/offsets.h"
 #include "index/tile/segment_run.h"
+#include "index/tile/type_mask.h"
 
 #include <compare>
 #include <cstddef>

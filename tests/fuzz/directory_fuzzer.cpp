@@ -46,8 +46,8 @@ internal::ReadPart readerOf(const Bytes& bytes) {
   };
 }
 
-// A root and a file; the checksums of both levels of pages are made valid.
-void directory(Input input) {
+// Of version 2: a root and a file. The checksums of both levels of pages are made valid.
+void oldDirectory(Input input) {
   Taker in(input);
   const std::size_t groups = in.number<std::uint8_t>() % 8;
   Bytes root(std::min<std::size_t>(16 + 72 * groups, in.rest().size()));
@@ -67,8 +67,57 @@ void directory(Input input) {
     if (at + 8 > root.size() || from > to || to > file.size()) continue;
     internal::storeLittle64(root.data() + at, internal::checksum(ByteSpan(file).subspan(from, to - from)));
   }
-  const internal::DirectoryContents found = internal::decodeDirectory(root, file.size(), readerOf(file));
+  const internal::DirectoryContents found = internal::decodeDirectory(root, 2, file.size(), readerOf(file));
   require(found.entries.size() == found.locations.size(), "a place for each tile");
+  for (const TileEntry& entry : found.entries) require(entry.owned <= entry.stored, "counts agree");
+}
+
+void directoryRoot(Input input) {
+  Taker in(input);
+  const std::uint32_t file_bytes = in.number<std::uint32_t>();
+  const internal::DirectoryRoot root =
+      internal::decodeDirectoryRoot(Bytes(in.rest().begin(), in.rest().end()), internal::kFormatVersion, file_bytes);
+  for (const internal::DirectoryRecord& group : root.groups)
+    require(group.at + group.bytes_with_pages <= file_bytes && !group.boxes.empty(), "inner pages lie in the file");
+}
+
+// A file of one page, of which everything is known that its parent states.
+struct OnePage {
+  explicit OnePage(Taker& in) {
+    root.tiles = in.number<std::uint8_t>();
+    root.page_tiles = std::uint32_t{1} << in.number<std::uint8_t>() % 8;
+    root.group_pages = std::uint32_t{1} << in.number<std::uint8_t>() % 8;
+    if (in.number<std::uint8_t>() % 2 == 0 && root.tiles > 0) root.long_tile = root.tiles - 1;
+    stated.low = in.number<MortonKey>();
+    for (GridPoint* const corner : {&stated.content.lo, &stated.content.hi})
+      for (std::int64_t& coordinate : *corner) coordinate = in.number<std::int64_t>();
+    bytes.assign(in.rest().begin(), in.rest().end());
+    stated.bytes = bytes.size();
+    stated.checksum = internal::checksum(bytes);
+    stated.boxes = {stated.content};
+  }
+  internal::DirectoryRoot root;
+  Bytes bytes;
+  internal::DirectoryRecord stated;
+};
+
+void directoryGroup(Input input) {
+  Taker in(input);
+  OnePage page(in);
+  page.stated.bytes_with_pages = page.bytes.size() + 1000;
+  page.root.groups.assign(page.root.group_count(), page.stated);
+  if (page.root.groups.empty()) return;
+  for (const internal::DirectoryRecord& leaf : internal::decodeDirectoryGroup(page.root, 0, readerOf(page.bytes)))
+    require(leaf.at + leaf.bytes <= page.stated.bytes_with_pages, "leaf pages lie in their group");
+}
+
+void directoryPage(Input input) {
+  Taker in(input);
+  OnePage page(in);
+  page.root.groups.assign(page.root.group_count(), page.stated);
+  if (page.root.groups.empty()) return;
+  const internal::DirectoryGroup group(page.root.groupEnd(0), page.stated);
+  const internal::DirectoryPage found = internal::decodeDirectoryPage(page.root, group, 0, readerOf(page.bytes));
   for (const TileEntry& entry : found.entries) require(entry.owned <= entry.stored, "counts agree");
 }
 
@@ -129,10 +178,13 @@ void levels(Bytes bytes) {
 // The first byte chooses the binary file. Checksums are made valid, as a hostile writer would do.
 void fuzzDirectory(Input input) {
   Taker in(input);
-  const auto kind = in.number<std::uint8_t>() % 7;
+  const auto kind = in.number<std::uint8_t>() % 10;
   const Bytes bytes(in.rest().begin(), in.rest().end());
   try {
-    if (kind == 0) directory(bytes);
+    if (kind == 0) oldDirectory(bytes);
+    if (kind == 7) directoryRoot(bytes);
+    if (kind == 8) directoryGroup(bytes);
+    if (kind == 9) directoryPage(bytes);
     if (kind == 1) cells(bytes);
     if (kind == 2) detail(bytes);
     if (kind == 5) names(bytes);

@@ -31,10 +31,10 @@
 #include "index/query/cell_pass.h"
 #include "index/query/cell_paths.h"
 #include "index/query/cell_sections.h"
+#include "index/query/kept_tiles.h"
 #include "index/query/nearest.h"
 #include "index/query/segment_pass.h"
 #include "index/remote/http_source.h"
-#include "index/set/kept_tiles.h"
 #include "index/set/tile_set.h"
 #include "index/set/tiles_ahead.h"
 #include "solver/force/force_gate.h"
@@ -124,7 +124,7 @@ void contacts(const std::unique_ptr<TileSet>& set, const std::vector<std::uint32
 }
 
 void keptTiles(const std::unique_ptr<TileSet>& set, const std::vector<std::uint32_t>& cells, void use(CellGraph)) {
-  // index/set/kept_tiles.h
+  // index/query/kept_tiles.h
   const KeptTiles kept(*set, 64 << 20);
   for (const std::uint32_t cell : cells) use(readCell(kept, cell, true));
 }

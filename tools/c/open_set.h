@@ -2,8 +2,8 @@
 #pragma once
 
 #include "index/query/cell_paths.h"
+#include "index/query/kept_tiles.h"
 #include "index/query/nearest.h"
-#include "index/set/kept_tiles.h"
 #include "index/set/tile_set.h"
 #include "solver/travel/session/stepped_travel.h"
 #include "tools/c/call.h"

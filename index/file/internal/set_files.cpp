@@ -22,7 +22,9 @@ std::string sectionOf(const std::string& file) {
 }
 
 void throwOtherVersion(std::uint64_t offset, const std::string& version, bool older) {
-  throw OtherVersion{{offset, "format version " + version + ", this program reads " + std::to_string(kFormatVersion)},
+  throw OtherVersion{{offset, "format version " + version + ", this program reads " + std::to_string(kOldestVersion) +
+                                  " to " + std::to_string(kFormatVersion)},
+                     version,
                      older};
 }
 
@@ -31,11 +33,13 @@ void writeMagic(ByteWriter& out, std::string_view magic) {
   out.u32(kFormatVersion);
 }
 
-void checkMagic(ByteReader& in, std::string_view magic) {
+std::uint32_t checkMagic(ByteReader& in, std::string_view magic) {
   const ByteSpan found = in.take(magic.size());
   in.require(std::equal(found.begin(), found.end(), magic.begin()), "not a file of this kind");
   const std::uint32_t version = in.u32();
-  if (version != kFormatVersion) throwOtherVersion(magic.size(), std::to_string(version), version < kFormatVersion);
+  if (version < kOldestVersion || version > kFormatVersion)
+    throwOtherVersion(magic.size(), std::to_string(version), version < kOldestVersion);
+  return version;
 }
 
 Bytes packHeader(std::string_view magic, std::uint32_t pack) {

@@ -11,7 +11,7 @@
 
 namespace filiform::internal {
 
-inline constexpr std::uint32_t kFormatVersion = 2;
+inline constexpr std::uint32_t kFormatVersion = 3, kOldestVersion = 2;  // written; the oldest that is read
 inline constexpr std::size_t kPackHeaderBytes = 16;
 
 inline constexpr const char* kCurrentFile = "CURRENT";  // beside the folders of revisions; names one of them
@@ -32,10 +32,11 @@ Bytes packHeader(std::uint32_t pack);
 Bytes packHeader(std::string_view magic, std::uint32_t pack);  // of the given kind of pack
 // Writes the beginning of every file except the manifest: kind and version.
 void writeMagic(ByteWriter& out, std::string_view magic);
-void checkMagic(ByteReader& in, std::string_view magic);
+std::uint32_t checkMagic(ByteReader& in, std::string_view magic);  // returns the version
 
-// What a decoder throws for a file of another format version.
+// What a decoder throws for a file of a format version that it does not read.
 struct OtherVersion : Damage {
+  std::string version;
   bool older;
 };
 [[noreturn]] void throwOtherVersion(std::uint64_t offset, const std::string& version, bool older);
@@ -48,13 +49,10 @@ inline constexpr std::uint64_t kMostSegmentsAByte = 11, kMostSamplesAByte = 2 * 
 // segments is decoded before its appearance.
 inline constexpr std::uint32_t kMostOwnedUnread = std::uint32_t{1} << 20;
 
-// Where the bytes of a tile lie. A unit is some consecutive tiles that are encoded together: the location of each of
-// them is that of the unit.
+// Where the bytes of a tile lie.
 struct TileLocation {
   std::uint32_t pack = 0, geometry_bytes = 0, appearance_bytes = 0;
-  std::uint16_t unit_tiles = 1;  // tiles of the unit
-  std::uint16_t unit_rank = 0;   // position of this tile in it
-  std::uint64_t offset = 0;      // of the geometry; the appearance follows
+  std::uint64_t offset = 0;  // of the geometry; the appearance follows
   std::uint64_t geometry_checksum = 0, appearance_checksum = 0;
 };
 

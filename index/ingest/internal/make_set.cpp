@@ -152,7 +152,8 @@ IngestResult makeSet(SetFolder* folder, const std::string& building, const Inges
     ranks->share({});  // rank 0 publishes before
     return {};
   }
-  TileWriter writer(building, Grid(options.quantum_exponent), options.capacity, options.pack_bytes, options.page_tiles);
+  TileWriter writer(building, Grid(options.quantum_exponent), options.capacity, options.pack_bytes,
+                    {options.page_tiles, options.group_pages});
   writer.reserve(leaves + std::size_t{1});
   auto packer = std::make_unique<TilePacker>(
       std::move(packing), [&](const TileEntry& entry, std::uint32_t leaf, ByteSpan geometry, ByteSpan appearance) {

@@ -176,7 +176,7 @@ class TileCache {
   }
 
   SearchTile load(TileId tile) const {
-    SearchTile read{store_.load(tile), nullptr, 0};
+    SearchTile read{store_.loadToSearch(tile), nullptr, 0};
     read.engine = makeTileEngine(engine_, read.tile);
     read.bytes = read.tile->bytes() + read.engine->bytes();
     return read;

@@ -4,12 +4,19 @@
 #include <utility>
 
 namespace filiform::internal {
+namespace {
+
+// An inner page comes with its leaf pages in one read if all of them take no more bytes.
+constexpr std::uint64_t kMostReadTogether = std::uint64_t{32} << 10;
+
+}  // namespace
 
 DirectoryReader::DirectoryReader(const Revision& revision) : revision_(revision) {
   const Manifest& manifest = revision.manifest();
   const std::string manifest_name = revision.describe(kManifestFile);
   const SetFile& file = revision.file(kDirectoryFile);
-  root_ = decoded(manifest_name, 0, [&] { return decodeDirectoryRoot(manifest.directory_root, file.bytes); });
+  root_ = decoded(manifest_name, 0,
+                  [&] { return decodeDirectoryRoot(manifest.directory_root, manifest.version, file.bytes); });
   if (root_.tiles != manifest.counts.tiles) throw CorruptSet(manifest_name, 0, "its number of tiles is wrong");
   for (const SetFile* pack = nullptr;
        (pack = revision.find(packFile(static_cast<std::uint32_t>(pack_bytes_.size())))) != nullptr;) {
@@ -43,14 +50,31 @@ auto DirectoryReader::readDirectory(Decode decode) const {
 
 const DirectoryGroup& DirectoryReader::group(std::uint32_t number) const {
   if (const DirectoryGroup* const known = groups_[number].known()) return *known;
-  auto found = std::make_unique<DirectoryGroup>(
-      readDirectory([&](const ReadPart& read) { return decodeDirectoryGroup(root_, number, read); }));
-  std::vector<MortonKey> lows;
+  const DirectoryRecord& stated = root_.groups[number];
+  const bool together = stated.bytes_with_pages > 0 && stated.bytes_with_pages <= kMostReadTogether;
   const std::uint32_t begin = root_.groupBegin(number);
+  std::vector<std::unique_ptr<DirectoryPage>> pages;
+  auto found = std::make_unique<DirectoryGroup>(readDirectory([&](const ReadPart& read) {
+    if (!together) return decodeDirectoryGroup(root_, number, read);
+    const Bytes whole = read(stated.at, stated.bytes_with_pages);
+    const ReadPart part = [&](std::uint64_t offset, std::uint64_t bytes) {
+      const auto from = whole.begin() + static_cast<std::ptrdiff_t>(offset - stated.at);
+      return Bytes(from, from + static_cast<std::ptrdiff_t>(bytes));
+    };
+    DirectoryGroup group = decodeDirectoryGroup(root_, number, part);
+    pages.clear();
+    for (std::uint32_t i = 0; i < group.size(); ++i)
+      pages.push_back(std::make_unique<DirectoryPage>(decodeDirectoryPage(root_, group, begin + i, part)));
+    return group;
+  }));
+  std::vector<MortonKey> lows;
   for (std::uint32_t i = 0; i < found->size() && root_.pageBegin(begin + i) < root_.leaf_count(); ++i)
     lows.push_back((*found)[i].low);
-  const std::lock_guard lock(mutex_);
-  if (groups_[number].keep(std::move(found)) && !lows.empty()) leaves_.addGroup(number, std::move(lows));
+  {
+    const std::lock_guard lock(mutex_);
+    if (groups_[number].keep(std::move(found)) && !lows.empty()) leaves_.addGroup(number, std::move(lows));
+  }
+  for (std::uint32_t i = 0; i < pages.size(); ++i) keepPage(begin + i, std::move(pages[i]));
   return *groups_[number].known();
 }
 
@@ -73,8 +97,13 @@ void DirectoryReader::checkLocation(TileId tile, const TileLocation& at) const {
 
 const DirectoryPage& DirectoryReader::readPage(std::uint32_t number) const {
   const DirectoryGroup& listed = group(number / root_.group_pages);
-  auto found = std::make_unique<DirectoryPage>(
-      readDirectory([&](const ReadPart& read) { return decodeDirectoryPage(root_, listed, number, read); }));
+  if (pages_[number].known() == nullptr)
+    keepPage(number, std::make_unique<DirectoryPage>(readDirectory(
+                         [&](const ReadPart& read) { return decodeDirectoryPage(root_, listed, number, read); })));
+  return *pages_[number].known();
+}
+
+void DirectoryReader::keepPage(std::uint32_t number, std::unique_ptr<DirectoryPage> found) const {
   const TileId begin = root_.pageBegin(number);
   for (std::size_t t = 0; t < found->locations.size(); ++t)
     checkLocation(begin + static_cast<TileId>(t), found->locations[t]);
@@ -87,12 +116,11 @@ const DirectoryPage& DirectoryReader::readPage(std::uint32_t number) const {
     if (!keys.empty()) leaves_.add(number, std::move(keys));
     pages_unknown_.fetch_sub(1, std::memory_order_release);
   }
-  return *pages_[number].known();
 }
 
-GridBox DirectoryReader::pageContent(std::uint32_t page) const {
+const DirectoryRecord& DirectoryReader::record(std::uint32_t page) const {
   if (page >= root_.page_count()) throw std::out_of_range("the page does not exist");
-  return group(page / root_.group_pages)[page % root_.group_pages].content;
+  return group(page / root_.group_pages)[page % root_.group_pages];
 }
 
 TileId DirectoryReader::home(const GridPoint& p) const {

@@ -24,7 +24,7 @@ class DirectoryReader {
   const LeafIndex& leaves() const { return leaves_; }
   const TileEntry& entry(TileId tile) const { return page(tile).entries[tile % root_.page_tiles]; }
   const TileLocation& location(TileId tile) const { return page(tile).locations[tile % root_.page_tiles]; }
-  GridBox pageContent(std::uint32_t page) const;
+  const DirectoryRecord& record(std::uint32_t page) const;  // reads the page's group at its first use
   // Return when leaves() knows the group, or the page of the tile.
   void knowGroup(std::uint32_t number) const {
     group(number);
@@ -43,6 +43,7 @@ class DirectoryReader {
  private:
   const DirectoryPage& page(TileId tile) const;
   const DirectoryPage& readPage(std::uint32_t number) const;
+  void keepPage(std::uint32_t number, std::unique_ptr<DirectoryPage> page) const;
   const DirectoryGroup& group(std::uint32_t number) const;
   // Returns decode(ReadPart). After Damage, decodes once more if the revision can read other bytes.
   template <typename Decode>

@@ -79,7 +79,7 @@ void checkCounts(const Manifest& manifest) {
 std::string encodeManifest(const Manifest& manifest, const Provenance& provenance) {
   nlohmann::ordered_json json;
   json["format"] = "filiform tile set";
-  json["version"] = kFormatVersion;
+  json["version"] = manifest.version;
   json["units"] = "um";
   json["quantum_exponent"] = manifest.grid.exponent();
   json["quantum_um"] = manifest.grid.quantum_um();
@@ -171,8 +171,12 @@ Manifest decodeManifest(const std::string& text) {
     const nlohmann::json json = nlohmann::json::parse(text);
     if (json.at("format") != "filiform tile set") throw Damage{0, "not the manifest of a tile set"};
     const nlohmann::json& version = json.at("version");
-    if (version != kFormatVersion) throwOtherVersion(0, version.dump(), version == 1);
+    if (!version.is_number_unsigned()) throw Damage{0, "its version is no number"};
+    const auto number = version.get<std::uint64_t>();
+    if (number < kOldestVersion || number > kFormatVersion)
+      throwOtherVersion(0, version.dump(), number < kOldestVersion);
     Manifest manifest;
+    manifest.version = static_cast<std::uint32_t>(number);
     const int exponent = wholeNumber<int>(json.at("quantum_exponent"));
     if (exponent < Grid::kMinExponent || exponent > Grid::kMaxExponent) throw Damage{0, "the quantum is out of range"};
     manifest.grid = Grid(exponent);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "index/file/internal/bytes.h"
+#include "index/file/internal/set_files.h"
 #include "index/set/provenance.h"
 #include "index/set/set_counts.h"
 #include "index/set/tile_store.h"
@@ -16,6 +17,7 @@
 namespace filiform::internal {
 
 struct Manifest {
+  std::uint32_t version = kFormatVersion;
   Grid grid;
   std::uint32_t capacity = 0;
   GridBox bounds;

@@ -71,7 +71,9 @@ void Revision::readManifest() {
   } catch (const OtherVersion& version) {
     throw InputError(setFolderOf(source_->describe(kCurrentFile)) +
                      (version.older ? ": was made by an older filiform; ingest it again"
-                                    : ": was made by a newer filiform; use that one"));
+                                    : ": has format " + version.version + ", this filiform reads formats " +
+                                          std::to_string(kOldestVersion) + " and " + std::to_string(kFormatVersion) +
+                                          "; use the filiform that made it, or a newer one"));
   } catch (const Damage& damage) {
     throw CorruptSet(file_name, damage.offset, damage.what);
   }

@@ -11,6 +11,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 namespace filiform::internal {
@@ -81,7 +82,7 @@ class KnownPages final : public ForwardingStore {
     return store_.pageContent(page);
   }
 
-  // entry(), home() and pageContent() throw PageAbsent and what the store throws.
+  // entry(), home(), pageContent() and pageBoxes() throw PageAbsent and what the store throws.
   const TileEntry& entry(TileId tile) const override {
     if (const TileEntry* const entry = find(tile)) return *entry;
     throw PageAbsent{};
@@ -93,23 +94,31 @@ class KnownPages final : public ForwardingStore {
 
   std::uint32_t group_pages() const override { return group_pages_; }
   GridBox pageContent(std::uint32_t page) const override {
+    return ofGroup(page, [&] { return store_.pageContent(page); });
+  }
+  std::vector<GridBox> pageBoxes(std::uint32_t page) const override {
+    return ofGroup(page, [&] { return store_.pageBoxes(page); });
+  }
+
+ private:
+  // What the page's group states about the page.
+  template <typename Ask>
+  std::invoke_result_t<Ask> ofGroup(std::uint32_t page, const Ask& ask) const {
     const std::uint32_t group = page / group_pages_;
     if (!may_read_ && !known_groups_.at(group)) {
       note(group * group_pages_);
       throw PageAbsent{};
     }
     try {
-      const GridBox content = store_.pageContent(page);
+      const auto stated = ask();
       known_groups_[group] = true;
-      return content;
+      return stated;
     } catch (const Error&) {
       if (may_read_) throw;
       lost(page);
       throw PageAbsent{};
     }
   }
-
- private:
   // The store does not have the page, against what it said before.
   void lost(std::uint32_t page) const {
     known_[page] = known_groups_[page / group_pages_] = false;

@@ -152,6 +152,7 @@ struct DeepCheck::Impl {
 
   std::vector<std::uint64_t> sample_begin, segment_begin;  // by cell
   std::vector<TileSums> wanted, found;                     // by tile
+  std::vector<TypeMask> types;                             // by tile, of the wanted segments
   std::vector<CellSums> cells;
   // By tile: values of the directory that differ from the tile; reported when the tile itself is correct.
   static constexpr std::uint8_t kWrongCounts = 1, kWrongBox = 2;
@@ -259,6 +260,7 @@ bool DeepCheck::begin() {
   }
   d.cells.resize(n);
   d.wanted.resize(d.set.tile_count());
+  d.types.resize(d.set.tile_count());
   d.found.resize(d.set.tile_count());
   d.entry_faults.assign(d.set.tile_count(), 0);
   d.owned.emplace(d.segment_begin.back());
@@ -323,6 +325,7 @@ void DeepCheck::Impl::own(const Tile& tile, std::uint32_t s, float radius_um, st
   const auto want = [&](TileId t, bool is_owner) {
     if (t == kNoTile) return problem(name() + ": meets a leaf that is missing in the set");
     const std::uint64_t ids = Hash().add(id.key()).add(is_owner).value();
+    types[t] |= typeMaskOf(type);
     wanted[t].add({ids, Hash().add(ids).add(child).add(parent).add(a).add(b).value()});
   };
   // A segment inside the block, off its lower faces (shared with neighbours), meets no other leaf.
@@ -457,6 +460,10 @@ void DeepCheck::finish() {
     if (want != found) continue;
     if (d.entry_faults[t] & Impl::kWrongCounts) d.problem(name + ": the directory's counts are wrong");
     if (d.entry_faults[t] & Impl::kWrongBox) d.problem(name + ": the directory's box is wrong");
+    const TypeMask stated = d.set.entry(t).types;
+    // A grown set may state more types than its tiles hold.
+    if (d.set.format() > 2 && (d.set.grown() ? (stated & d.types[t]) != d.types[t] : stated != d.types[t]))
+      d.problem(name + ": the directory's types are wrong");
   }
   SetCounts sum = d.set.counts();
   sum.samples = sum.segments = sum.isolated = sum.roots = 0;

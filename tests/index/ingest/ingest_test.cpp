@@ -158,7 +158,7 @@ TEST(Ingest, GoldenRevision) {
   cell.odd_radii = {{1, 0.25000000001}, {2, 0.5000000001}, {7, 0.49999999999}};
   const TempFolder folder;
   const IngestResult result = ingestCells({cell}, folder / "a.fil", {.capacity = 16});
-  EXPECT_EQ(result.revision, "r-a0249263f308ee12");
+  EXPECT_EQ(result.revision, "r-4ecd7bd306c990d7");
 }
 
 TEST(Ingest, AnExistingSetIsRefusedWithoutForce) {

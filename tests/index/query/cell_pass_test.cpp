@@ -1,7 +1,7 @@
 #include "index/query/cell_pass.h"
 
 #include "index/errors.h"
-#include "index/set/kept_tiles.h"
+#include "index/query/kept_tiles.h"
 #include "tests/support/scenes/counting_store.h"
 #include "tests/support/scenes/memory_store.h"
 #include "tests/support/scenes/omitting_store.h"

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "index/levels/levels.h"
+#include "index/query/kept_tiles.h"
 #include "index/query/nearest.h"
-#include "index/set/kept_tiles.h"
 #include "index/set/tile_set.h"
 #include "tools/words/sample_ids.h"
 

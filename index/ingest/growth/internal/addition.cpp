@@ -48,7 +48,7 @@ void Addition::run(const std::function<void(std::uint64_t, std::uint64_t)>& step
     if (!without_.touches(t)) {
       to_.keep(t);
     } else if (auto [left, look] = without_.left(t); !left.empty()) {
-      to_.write(t, base_.entry(t).key, t == base_.long_tile(), std::move(left), look);
+      to_.write(t, base_.entry(t).key, t == base_.long_tile(), std::move(left), look, base_.entry(t).types);
     }
   }
   to_.number();
@@ -77,6 +77,7 @@ void Addition::place(TileId id) {
   open_begin_ = begin;
   open_end_ = end;
 
+  types_ |= added_.entry(id).types;
   const auto tile = added_.load(id);
   const std::size_t first = segments_.size();
   appendSegments(*tile, segments_);
@@ -140,6 +141,7 @@ void Addition::flush() {
   entries_.clear();
   segments_.clear();
   looks_ = {};
+  types_ = 0;
 }
 
 void Addition::finishLeaf(std::uint32_t leaf, std::vector<StoredSegment> segments, const TileAppearance& look) {
@@ -150,21 +152,23 @@ void Addition::finishLeaf(std::uint32_t leaf, std::vector<StoredSegment> segment
   const TileId was = base_of_[leaf];
   GrownRevision::Item item = 0;
   if (was == kNoTile) {
-    item = to_.write(std::nullopt, partition_.leaves()[leaf], false, std::move(segments), look);
+    item = to_.write(std::nullopt, partition_.leaves()[leaf], false, std::move(segments), look, types_);
   } else {
-    item = addTo(was, std::move(segments), look);
+    item = addTo(was, std::move(segments), look, types_);
   }
   for (const std::uint32_t cell : cells) owners_.emplace_back(cell, item);
 }
 
 // Adds segments to a tile of the base.
-GrownRevision::Item Addition::addTo(TileId tile, std::vector<StoredSegment> segments, const TileAppearance& look) {
+GrownRevision::Item Addition::addTo(TileId tile, std::vector<StoredSegment> segments, const TileAppearance& look,
+                                    TypeMask types) {
   done_[tile] = true;
-  if (!without_.touches(tile)) return to_.add(tile, std::move(segments), look);
+  if (!without_.touches(tile)) return to_.add(tile, std::move(segments), look, types);
   auto [all, looks] = without_.left(tile);
   all.insert(all.end(), segments.begin(), segments.end());
   appendAppearance(look, looks);
-  return to_.write(tile, base_.entry(tile).key, tile == base_.long_tile(), std::move(all), looks);
+  return to_.write(tile, base_.entry(tile).key, tile == base_.long_tile(), std::move(all), looks,
+                   base_.entry(tile).types | types);
 }
 
 void Addition::addLong() {
@@ -172,6 +176,7 @@ void Addition::addLong() {
   std::vector<StoredSegment> segments;
   appendSegments(*added_.load(added_.long_tile()), segments);
   const TileAppearance look = added_.loadAppearance(added_.long_tile());
+  const TypeMask types = added_.entry(added_.long_tile()).types;
   std::vector<std::uint32_t> cells;
   for (StoredSegment& s : segments) {
     long_.push_back(s.id);
@@ -180,9 +185,9 @@ void Addition::addLong() {
   }
   GrownRevision::Item item = 0;
   if (base_.long_tile() == kNoTile) {
-    item = to_.write(std::nullopt, BlockKey{}, true, std::move(segments), look);
+    item = to_.write(std::nullopt, BlockKey{}, true, std::move(segments), look, types);
   } else {
-    item = addTo(base_.long_tile(), std::move(segments), look);
+    item = addTo(base_.long_tile(), std::move(segments), look, types);
   }
   for (const std::uint32_t cell : cells) owners_.emplace_back(cell, item);
 }

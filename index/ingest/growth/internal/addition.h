@@ -36,7 +36,8 @@ class Addition {
   void flush();
   void finishLeaf(std::uint32_t leaf, std::vector<StoredSegment> segments, const TileAppearance& look);
   void addLong();
-  GrownRevision::Item addTo(TileId tile, std::vector<StoredSegment> segments, const TileAppearance& look);
+  GrownRevision::Item addTo(TileId tile, std::vector<StoredSegment> segments, const TileAppearance& look,
+                            TypeMask types);
   bool isLong(const SegmentId& id) const;
   void meet(const StoredSegment& s, std::uint32_t begin, std::uint32_t end);
 
@@ -49,6 +50,7 @@ class Addition {
   std::vector<SegmentId> long_;          // of the added set, ascending
   std::vector<StoredSegment> segments_;  // gathered
   TileAppearance looks_;                 // of them
+  TypeMask types_ = 0;                   // at least theirs
   std::vector<Entry> entries_;
   std::uint32_t open_begin_ = 0, open_end_ = 0;  // the leaves that are being gathered
   std::vector<std::uint32_t> met_;

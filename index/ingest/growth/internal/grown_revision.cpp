@@ -47,14 +47,18 @@ GrownRevision::Item GrownRevision::keep(TileId tile) {
 }
 
 GrownRevision::Item GrownRevision::write(std::optional<TileId> was, const BlockKey& key, bool is_long,
-                                         std::vector<StoredSegment> segments, const TileAppearance& look) {
+                                         std::vector<StoredSegment> segments, const TileAppearance& look,
+                                         TypeMask types) {
   ++counts_.written;
   const Tile tile(0, key, is_long, base_.grid(), segments);
-  return place({entryOf(tile), writer_.append(encodeTile(tile), encodeAppearance(look)), is_long, was.value_or(kNoTile),
-                std::nullopt});
+  TileEntry entry = entryOf(tile);
+  entry.types = types;
+  return place(
+      {entry, writer_.append(encodeTile(tile), encodeAppearance(look)), is_long, was.value_or(kNoTile), std::nullopt});
 }
 
-GrownRevision::Item GrownRevision::add(TileId id, std::vector<StoredSegment> segments, const TileAppearance& look) {
+GrownRevision::Item GrownRevision::add(TileId id, std::vector<StoredSegment> segments, const TileAppearance& look,
+                                       TypeMask types) {
   const TileEntry& entry = base_.entry(id);
   const bool is_long = id == base_.long_tile();
   const Patch* const before = base_.patch(id);
@@ -68,7 +72,7 @@ GrownRevision::Item GrownRevision::add(TileId id, std::vector<StoredSegment> seg
     looks = base_.loadAppearance(id);
     all.insert(all.end(), segments.begin(), segments.end());
     appendAppearance(look, looks);
-    return write(id, entry.key, is_long, std::move(all), looks);
+    return write(id, entry.key, is_long, std::move(all), looks, entry.types | types);
   }
   if (before != nullptr) {
     const auto [tile, old_look] = base_.loadPatch(id);
@@ -85,6 +89,7 @@ GrownRevision::Item GrownRevision::add(TileId id, std::vector<StoredSegment> seg
   whole.owned += more.owned;
   whole.stored += more.stored;
   whole.isolated += more.isolated;
+  whole.types |= types;
   whole.decoded_bytes = mergedBytesBound(base_bytes, base_stored, patch, bounds_);
   ++counts_.patched;
   return place(

@@ -23,12 +23,12 @@ class GrownRevision {
   // The number by which a tile is named until finish(): any order.
   using Item = std::uint32_t;
   Item keep(TileId tile);  // of the base, as it is
-  // A tile of these segments, ascending by id. `was`: the base's tile that it replaces.
+  // A tile of these segments, ascending by id. `was`: the base's tile that it replaces. `types`: at least theirs.
   Item write(std::optional<TileId> was, const BlockKey& key, bool is_long, std::vector<StoredSegment> segments,
-             const TileAppearance& look);
+             const TileAppearance& look, TypeMask types);
   // Adds segments of new cells to a tile of the base, ascending by id. Few segments become a patch; otherwise the tile
   // is written anew.
-  Item add(TileId tile, std::vector<StoredSegment> segments, const TileAppearance& look);
+  Item add(TileId tile, std::vector<StoredSegment> segments, const TileAppearance& look, TypeMask types);
 
   struct Counts {
     std::uint64_t kept = 0, patched = 0, written = 0;

@@ -146,7 +146,8 @@ void removeFromTiles(const TileSet& base, const std::vector<bool>& removed, Grow
     }
     step(next++, without.touched().size());
     auto [left, look] = without.left(t);
-    if (!left.empty()) to.write(t, base.entry(t).key, t == base.long_tile(), std::move(left), look);
+    if (!left.empty())
+      to.write(t, base.entry(t).key, t == base.long_tile(), std::move(left), look, base.entry(t).types);
   }
   to.number();
 }

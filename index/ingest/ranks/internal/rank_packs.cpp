@@ -84,6 +84,7 @@ Bytes encoded(const TileEntry& entry, std::uint32_t leaf, const TileLocation& at
   out.box(entry.content);
   for (const std::uint32_t count : {entry.owned, entry.stored, entry.isolated}) out.u32(count);
   out.u64(entry.decoded_bytes);
+  out.u8(entry.types);
   out.u32(leaf);
   out.u32(at.pack);
   out.u32(at.geometry_bytes);
@@ -108,6 +109,7 @@ Placed decodedTile(const Bytes& bytes) {
   tile.entry.content = in.box();
   for (std::uint32_t* const count : {&tile.entry.owned, &tile.entry.stored, &tile.entry.isolated}) *count = in.u32();
   tile.entry.decoded_bytes = in.u64();
+  tile.entry.types = in.u8();
   tile.leaf = in.u32();
   tile.at.pack = in.u32();
   tile.at.geometry_bytes = in.u32();

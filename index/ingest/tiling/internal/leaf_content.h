@@ -17,6 +17,7 @@ struct LeafContent {
   BlockKey key;                         // depth 0 for the long-segment tile
   std::vector<StoredSegment> segments;  // ascending by id
   TileAppearance appearance;            // of the owned segments' children
+  TypeMask types = 0;                   // of all segments
 
   // Replaces the segments by `count` others: record(i) returns a SegmentRecord, owned(i) whether the leaf owns it.
   template <typename Record, typename Owned>
@@ -27,9 +28,11 @@ struct LeafContent {
     appearance.types.clear();
     appearance.radii_um.reserve(count);
     appearance.types.reserve(count);
+    types = 0;
     for (std::size_t i = 0; i < count; ++i) {
       const SegmentRecord& r = record(i);
       segments.push_back({r.id, r.child_sample, r.parent_sample, r.child, r.parent, owned(i)});
+      types |= typeMaskOf(r.type);
       if (!owned(i)) continue;
       appearance.radii_um.push_back(r.radius_um);
       appearance.types.push_back(r.type);

@@ -35,7 +35,8 @@ void TilePacker::add(unsigned worker, LeafContent& content) {
   }
   const Tile tile(0, content.key, content.is_long, options_.grid, content.segments);
   const std::vector<std::uint8_t> geometry = encodeTile(tile), look = encodeAppearance(appearance);
-  const Waiting made{entryOf(tile), content.leaf, kept, geometry.size(), look.size()};
+  Waiting made{entryOf(tile), content.leaf, kept, geometry.size(), look.size()};
+  made.entry.types = content.types;
   if (head_.load(std::memory_order_acquire) == work.first) {
     passAll(work.range);
     pass(made, geometry, look);

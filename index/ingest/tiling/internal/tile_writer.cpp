@@ -28,7 +28,7 @@ struct TileWriter::Impl {
 
   std::string folder;
   std::uint64_t pack_bytes;
-  std::uint32_t page_tiles = 256;  // of the directory
+  internal::DirectoryShape shape;  // of the directory
   internal::DirectoryContents directory;
   internal::Manifest manifest;
   internal::PackWriter packs;
@@ -53,9 +53,9 @@ struct TileWriter::Impl {
 };
 
 TileWriter::TileWriter(std::string folder, const Grid& grid, std::uint32_t capacity, std::uint64_t pack_bytes,
-                       std::uint32_t page_tiles)
+                       const internal::DirectoryShape& shape)
     : impl_(std::make_unique<Impl>(std::move(folder), pack_bytes)) {
-  impl_->page_tiles = page_tiles;
+  impl_->shape = shape;
   impl_->manifest.grid = grid;
   impl_->manifest.capacity = capacity;
 }
@@ -173,7 +173,7 @@ std::string TileWriter::finish(const Provenance& provenance) {
   {
     internal::OutputFile file(impl_->folder + "/" + internal::kDirectoryFile);
     impl_->manifest.directory_root =
-        internal::writeDirectory(impl_->directory, impl_->page_tiles, [&](ByteSpan page) { file.write(page); });
+        internal::writeDirectory(impl_->directory, impl_->shape, [&](ByteSpan page) { file.write(page); });
     impl_->closeFile(internal::kDirectoryFile, file);
   }
   TileFloor floor;

@@ -25,7 +25,7 @@ class TileWriter {
  public:
   // Requires an existing, empty folder.
   TileWriter(std::string folder, const Grid& grid, std::uint32_t capacity, std::uint64_t pack_bytes = kMostPackBytes,
-             std::uint32_t page_tiles = 256);
+             const internal::DirectoryShape& shape = {});
   TileWriter(const TileWriter&) = delete;
   TileWriter& operator=(const TileWriter&) = delete;
   ~TileWriter();

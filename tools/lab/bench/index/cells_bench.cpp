@@ -1,8 +1,8 @@
 // bench cells: the time to read all cells of a set, against decoding each of its tiles once.
 #include "index/ingest/ingest.h"
 #include "index/query/cell_pass.h"
+#include "index/query/kept_tiles.h"
 #include "index/query/segment_pass.h"
-#include "index/set/kept_tiles.h"
 #include "index/set/tile_set.h"
 #include "tools/lab/bench/workloads.h"
 #include "tools/synthetic/synthetic.h"

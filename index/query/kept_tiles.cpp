@@ -1,4 +1,4 @@
-#include "index/set/kept_tiles.h"
+#include "index/query/kept_tiles.h"
 
 namespace filiform {
 
