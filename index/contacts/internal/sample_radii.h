@@ -2,7 +2,7 @@
 // radius of a parent may be that of another tile, or of its cell.
 #pragma once
 
-#include "index/set/kept_tiles.h"
+#include "index/query/kept_tiles.h"
 
 #include <memory>
 #include <mutex>
