@@ -89,9 +89,9 @@ auto underOption(const std::string& option, const Call& call) {
 std::vector<std::uint32_t> cellsThatMeet(const std::vector<std::string>& conditions, const std::string& option,
                                          const TileSet& set, const CellAttributes& attributes, unsigned threads) {
   return underOption(option, [&] {
-    for (const std::string& text : conditions)
-      for (const AttributeConditions::Condition& condition : AttributeConditions({text}).all())
-        if (!condition.name.starts_with(kMeasurePrefix)) columnNamed(attributes, condition.name, option, text);
+    const AttributeConditions parsed(conditions);
+    for (const AttributeConditions::Condition& condition : parsed.all())
+      if (!condition.name.starts_with(kMeasurePrefix)) columnNamed(attributes, condition.name, option, condition.whole);
     return CellConditions(conditions).select(set, attributes, threads);
   });
 }
