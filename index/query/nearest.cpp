@@ -22,7 +22,7 @@ namespace {
 constexpr std::size_t kLeastPerThread = 64;  // fewest points of a batch a thread
 constexpr std::size_t kReadTogether = 4;     // tiles, from far away
 constexpr std::size_t kBatchTogether = 256;  // points of a batch whose tiles are read together, from far away
-constexpr std::size_t kPointTogether = 8;    // tiles that one such point asks for beside its home
+constexpr std::size_t kPointTogether = 64;   // most tiles that one such point asks for at a time
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 void checkQuery(const Vector3d& h_W, const NearestQuery& query) {
@@ -45,8 +45,8 @@ struct PointSearch {
 
   void searchAll();
   void searchResident();
-  // Appends the tiles that the search will probably need beside its home, as far as tiles in memory tell.
-  void foresee(TileId at_home, std::vector<TileId>& tiles);
+  // Searches the tiles in memory. Returns the first tiles that the search needs beside these, at most about `most`.
+  std::vector<TileId> foresee(std::size_t most);
 
   void visit(TileId tile);
   void searchFarAway(TileId at_home);
@@ -109,7 +109,7 @@ void PointSearch::searchAll() {
   const TileId long_tile = set.store.long_tile();
   const bool has_home = set.store.tile_count() > TileFinder::kScanTiles && !set.finder.isOutside(h_W);
   const TileId at_home = has_home ? home() : kNoTile;
-  if (is_far && at_home != kNoTile && !set.cache.isHere(at_home)) {
+  if (is_far && at_home != kNoTile && set.cache.engineOf(at_home) == nullptr) {
     std::vector<TileId> tiles = besideHome(at_home);
     if (long_tile != kNoTile) tiles.push_back(long_tile);
     set.cache.readAhead(tiles);
@@ -146,25 +146,33 @@ void PointSearch::searchFarAway(TileId at_home) {
         squared.push_back(hit->squared_distance);
       }
       if (at == tiles.size()) return;
-      rounds.before(at, tiles);
     }
     if (squared[at] > best.bound2()) return;
+    rounds.before(at, tiles);
     visit(tiles[at]);
   }
 }
 
-void PointSearch::foresee(TileId at_home, std::vector<TileId>& tiles) {
-  if (const auto engine = at_home == kNoTile ? nullptr : set.cache.engineOf(at_home)) {
-    engine->search(h_W, best);
-    if (answersAlone(at_home, best.bound2())) return;
+std::vector<TileId> PointSearch::foresee(std::size_t most) {
+  std::vector<TileId> absent;
+  const auto search = [&](TileId tile) {
+    if (const auto engine = set.cache.engineOf(tile))
+      engine->search(h_W, best);
+    else
+      absent.push_back(tile);
+  };
+  const TileId at_home = home();
+  if (at_home != kNoTile) {
+    search(at_home);
+    if (!absent.empty() || answersAlone(at_home, best.bound2())) return absent;
   }
-  const std::size_t most = std::isfinite(best.bound2()) ? kPointTogether : 2;
   TileFinder::Walk walk = set.finder.walk(h_W);
-  for (std::size_t i = 0; i < most; ++i) {
+  while (absent.size() < most) {
     const auto hit = walk.next(best.bound2());
     if (!hit) break;
-    if (hit->tile != at_home) tiles.push_back(hit->tile);
+    if (hit->tile != at_home) search(hit->tile);
   }
+  return absent;
 }
 
 void PointSearch::searchResident() {
@@ -191,29 +199,43 @@ void PointSearch::searchResident() {
   }
 }
 
-// Reads what the searches of these points will need, many tiles at once: the tiles of the points, then those that may
-// hold something nearer than what is found there. Decides nothing: the searches read what is missing, and report what
-// cannot be read.
+// The boxes that contain one of some points.
+struct PointsRegion final : Region {
+  std::span<const Vector3d> points;
+  std::span<const std::size_t> order;
+
+  PointsRegion(std::span<const Vector3d> p, std::span<const std::size_t> o) : points(p), order(o) {}
+  bool mayMeet(const WorldBox& box) const noexcept override {
+    return std::any_of(order.begin(), order.end(), [&](std::size_t i) {
+      return (points[i].array() >= box.lo_W.array()).all() && (points[i].array() <= box.hi_W.array()).all();
+    });
+  }
+};
+
+// Reads what the searches of these points will need, many tiles at once, in rounds: each point asks for the next tiles
+// that its search needs, twice as many as in the round before. Decides nothing: the searches read what is missing, and
+// report what cannot be read.
 void readBatchAhead(internal::SearchedSet& set, std::span<const Vector3d> points, std::span<const std::size_t> order,
                     const NearestQuery& query, double limit2) {
-  const auto searchOf = [&](std::size_t i) {
-    return PointSearch{set, points[order[i]], Candidates(query.k, query.epsilon, limit2)};
-  };
-  std::vector<TileId> tiles(order.size(), kNoTile);
   try {
-    runItems(order.size(), readsAtOnce(set.store), [&](std::size_t i) { tiles[i] = searchOf(i).home(); });
-    const std::vector<TileId> homes = tiles;
-    tiles.push_back(set.store.long_tile());
-    std::erase(tiles, kNoTile);
-    if (!set.cache.readAhead(tiles)) return;
+    // Where pages are missing, walks wait for others too.
+    const unsigned threads = set.finder.readPages(PointsRegion(points, order)) ? readsAtOnce(set.store) : 1;
+    std::vector<TileId> tiles;  // the first that are needed come first
+    if (set.store.long_tile() != kNoTile) tiles.push_back(set.store.long_tile());
+    std::vector<char> is_done(order.size());
     std::mutex mutex;
-    runItems(order.size(), readsAtOnce(set.store), [&](std::size_t i) {
-      std::vector<TileId> wanted;
-      searchOf(i).foresee(homes[i], wanted);
-      const std::lock_guard lock(mutex);
-      tiles.insert(tiles.end(), wanted.begin(), wanted.end());
-    });
-    set.cache.readAhead(tiles);
+    for (std::size_t most = 2; most <= kPointTogether; most *= 2) {
+      const std::size_t before = tiles.size();
+      runItems(order.size(), threads, [&](std::size_t i) {
+        if (is_done[i] != 0) return;
+        const std::vector<TileId> absent =
+            PointSearch{set, points[order[i]], Candidates(query.k, query.epsilon, limit2)}.foresee(most);
+        is_done[i] = absent.empty();
+        const std::lock_guard lock(mutex);
+        tiles.insert(tiles.end(), absent.begin(), absent.end());
+      });
+      if (tiles.size() == before || !set.cache.readAhead(tiles)) return;
+    }
   } catch (const Error&) {
   }
 }

@@ -116,12 +116,15 @@ struct TileFinder::Impl {
                 [this](TileId tile) { return std::array{listed(tile) ? store.entry(tile).content : GridBox{}}; });
   }
 
+  const Node& groupNode(std::uint32_t number) {
+    return group[number].get([&] { return std::make_unique<Node>(nodeOfPages(number)); });
+  }
+  const Node& pageNode(std::uint32_t number) {
+    return page[number].get([&] { return std::make_unique<Node>(nodeOfTiles(number)); });
+  }
   // The node of a group or page that `parent` lists.
   const Node& enter(const Node& parent, std::size_t item) {
-    const std::uint32_t number = parent.ids[item];
-    if (parent.items == Kind::groups)
-      return group[number].get([&] { return std::make_unique<Node>(nodeOfPages(number)); });
-    return page[number].get([&] { return std::make_unique<Node>(nodeOfTiles(number)); });
+    return parent.items == Kind::groups ? groupNode(parent.ids[item]) : pageNode(parent.ids[item]);
   }
 
   // Calls use(tile, box) for the tiles whose box may meet the region.
@@ -152,21 +155,24 @@ std::vector<TileFinder::Hit> TileFinder::within(const Vector3d& h_W, double squa
   return hits;
 }
 
-void TileFinder::readPages(const Region& region) const {
+bool TileFinder::readPages(const Region& region) const {
   const TileStore& store = impl_->store;
-  if (!store.isRemote()) return;
+  if (!store.isRemote() || impl_->open().scanned) return false;
   const auto meets = [&](const GridBox& content) { return !content.empty() && region.mayMeet(impl_->box(content)); };
-  std::vector<std::uint32_t> groups, pages;
-  for (std::uint32_t group = 0; group < impl_->group_count; ++group)
-    if (meets(store.groupContent(group))) groups.push_back(group);
-  runItems(groups.size(), readsAtOnce(store),
-           [&](std::size_t i) { store.pageContent(groups[i] * impl_->group_pages); });
+  std::vector<std::uint32_t> groups, new_groups, pages;
+  for (std::uint32_t group = 0; group < impl_->group_count; ++group) {
+    if (!meets(store.groupContent(group))) continue;
+    groups.push_back(group);
+    if (impl_->group_count > 1 && impl_->group[group].known() == nullptr) new_groups.push_back(group);
+  }
+  runItems(new_groups.size(), readsAtOnce(store), [&](std::size_t i) { impl_->groupNode(new_groups[i]); });
   for (const std::uint32_t group : groups) {
     const std::uint32_t first = group * impl_->group_pages;
     for (std::uint32_t page = first; page < std::min(impl_->page_count, first + impl_->group_pages); ++page)
-      if (meets(store.pageContent(page))) pages.push_back(page);
+      if (impl_->page[page].known() == nullptr && meets(store.pageContent(page))) pages.push_back(page);
   }
-  runItems(pages.size(), readsAtOnce(store), [&](std::size_t i) { store.entry(pages[i] * impl_->page_tiles); });
+  runItems(pages.size(), readsAtOnce(store), [&](std::size_t i) { impl_->pageNode(pages[i]); });
+  return !new_groups.empty() || !pages.empty();
 }
 
 std::vector<std::pair<TileId, WorldBox>> TileFinder::meeting(const Region& region) const {

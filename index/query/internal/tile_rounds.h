@@ -1,6 +1,6 @@
-// TileRounds: reads the tiles of a list ahead of the one that is visited, in rounds. Each round is twice as long as the
-// one before, up to kMost, so that a search that ends early reads at most about twice what it needs. Does nothing for a
-// set in a folder, where the system reads ahead. Thread rule: thread-compatible.
+// TileRounds: reads the tiles of a list ahead of the one that is visited, in rounds that begin at a missing tile. Each
+// round is twice as long as the one before, up to kMost, so that a search that ends early reads at most about twice
+// what it needs. Does nothing for a set in a folder, where the system reads ahead. Thread rule: thread-compatible.
 #pragma once
 
 #include "index/query/internal/tile_cache.h"
@@ -21,7 +21,7 @@ class TileRounds {
 
   // Call it before tile `i` of the list is visited; `tiles` may grow meanwhile.
   void before(std::size_t i, std::span<const TileId> tiles) {
-    if (cache_ == nullptr || i < end_) return;
+    if (cache_ == nullptr || i < end_ || cache_->engineOf(tiles[i]) != nullptr) return;
     end_ = std::min(tiles.size(), i + length_);
     cache_->readAhead(tiles.subspan(i, end_ - i));
     length_ = std::min(2 * length_, kMost);
