@@ -126,8 +126,8 @@ int runContacts(const ContactArguments& a) {
   const auto set = TileSet::open(a.set, a.remote->options());
   const CellAttributes attributes(*set);
   std::optional<ContactMatrix> matrix;
-  const std::optional<std::uint32_t> column =
-      a.matrix.empty() ? std::nullopt : std::optional(columnNamed(attributes, a.matrix, "--matrix", a.matrix));
+  const bool counts_values = !a.matrix.empty();
+  const std::uint32_t column = counts_values ? columnNamed(attributes, a.matrix, "--matrix", a.matrix) : 0;
   options.from = cellsThatMeet(a.from, "--from", *set, attributes, options.threads);
   options.to = a.from == a.to ? options.from : cellsThatMeet(a.to, "--to", *set, attributes, options.threads);
 
@@ -143,8 +143,8 @@ int runContacts(const ContactArguments& a) {
                                          [](const CellCopy& copy, std::uint32_t id) { return copy.cell < id; });
         return at != copies.end() && at->cell == cell;
       });
-  if (column)
-    matrix.emplace(attributes, *column, options.from, options.to,
+  if (counts_values)
+    matrix.emplace(attributes, column, options.from, options.to,
                    options.from == options.to && options.from_types == options.to_types);
   options.with_places = !matrix;
 
