@@ -219,7 +219,7 @@ void addContacts(CLI::App& app, Chosen& chosen) {
   addCondition(*command, "--from", a->from,
                "take the first cell among those that meet NAME=VALUE and others, as --where of 'filiform measure'; "
                "repeatable: all must hold");
-  addCondition(*command, "--to", a->to, "the same for the second cell");
+  addCondition(*command, "--to", a->to, "the same for the second cell; repeatable");
   command
       ->add_option("--types", a->types,
                    "take only segments of these types, of the first and of the second cell: axon, dendrite (basal or "
