@@ -33,6 +33,7 @@ class PagedStore : public test::CountingStore {
       if (tile != long_tile()) box.extend(store_.entry(tile).content);
     return box;
   }
+  std::vector<GridBox> pageBoxes(std::uint32_t page) const override { return {pageContent(page)}; }
   mutable std::set<std::uint32_t> pages_read;
 
  private:
