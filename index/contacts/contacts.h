@@ -35,7 +35,7 @@ struct ContactCounts {
 //
 // Reads the tiles in order and keeps those around in a part of the memory; beyond another part, pairs go to an unnamed
 // file in $TMPDIR or /tmp. With places, reads the cells that have contacts, once if the sites fit a quarter of the
-// memory. All pairs of two cells must fit the memory.
+// memory. All pairs of two cells must fit a sixteenth of the memory; 65 536 pairs always may.
 //
 // Throws UsageError if the distance is not above 0, or at least the size of the cells together: the message has the
 // number of pairs. Throws InputError if the pairs of two cells exceed the memory; IoError, also if the disk is full;

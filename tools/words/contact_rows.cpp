@@ -17,16 +17,6 @@ namespace {
 
 constexpr std::uint16_t kBasalType = 3, kApicalType = 4;
 
-std::vector<char32_t> lettersOfName(const std::string& text) {
-  std::vector<char32_t> letters;
-  for (std::string_view rest = text; !rest.empty();) {
-    const Utf8Character character = decodeUtf8(rest);
-    letters.push_back(character.length == 0 ? U'\uFFFD' : character.code_point);
-    rest.remove_prefix(std::max<std::size_t>(character.length, 1));
-  }
-  return letters;
-}
-
 }  // namespace
 
 std::vector<std::uint16_t> parseContactTypes(const std::string& words, const std::string& option) {
@@ -128,16 +118,9 @@ std::string ContactArrays::npy(std::size_t column) const {
     return npyHeader(c.type, rows_, c.width > 1 ? std::optional(c.width) : std::nullopt) +
            (values_.empty() ? std::string() : values_[column]);
   }
-  std::size_t longest = 1;
-  for (std::uint32_t cell = 0; cell < store_.cell_count(); ++cell)
-    longest = std::max(longest, lettersOfName(store_.cell(cell).name).size());
-  std::string bytes = npyHeader("'<U" + std::to_string(longest) + "'", store_.cell_count());
-  for (std::uint32_t cell = 0; cell < store_.cell_count(); ++cell) {
-    std::vector<char32_t> letters = lettersOfName(store_.cell(cell).name);
-    letters.resize(longest);
-    for (const char32_t letter : letters) appendValue(bytes, static_cast<std::uint32_t>(letter));
-  }
-  return bytes;
+  return npyOfTexts(store_.cell_count(), [&](std::size_t cell) -> std::string_view {
+    return store_.cell(static_cast<std::uint32_t>(cell)).name;
+  });
 }
 
 ContactMatrix::Axis ContactMatrix::axisOf(const CellAttributes& attributes, std::uint32_t column,

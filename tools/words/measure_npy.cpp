@@ -1,6 +1,5 @@
 #include "tools/words/measure_npy.h"
 
-#include "index/text.h"
 #include "tools/words/npy.h"
 
 #include <algorithm>
@@ -10,16 +9,6 @@ namespace filiform::tools {
 namespace {
 
 using ValueKind = MeasureTable::Value::Kind;
-
-std::vector<char32_t> lettersOf(const std::string& text) {
-  std::vector<char32_t> letters;
-  for (std::string_view rest = text; !rest.empty();) {
-    const Utf8Character character = decodeUtf8(rest);
-    letters.push_back(character.length == 0 ? U'\uFFFD' : character.code_point);
-    rest.remove_prefix(std::max<std::size_t>(character.length, 1));
-  }
-  return letters;
-}
 
 }  // namespace
 
@@ -48,17 +37,7 @@ std::string MeasureArrays::npy(std::size_t column) const {
   const Values& values = values_[column];
   std::string bytes;
   if (columns_[column].kind == ValueKind::kText) {
-    std::vector<std::vector<char32_t>> texts;
-    std::size_t longest = 1;
-    for (const std::string& text : values.texts) {
-      texts.push_back(lettersOf(text));
-      longest = std::max(longest, texts.back().size());
-    }
-    bytes = npyHeader("'<U" + std::to_string(longest) + "'", rows_);
-    for (std::vector<char32_t>& text : texts) {
-      text.resize(longest);
-      for (const char32_t letter : text) appendValue(bytes, static_cast<std::uint32_t>(letter));
-    }
+    bytes = npyOfTexts(rows_, [&](std::size_t row) -> std::string_view { return values.texts[row]; });
   } else if (columns_[column].kind == ValueKind::kCounts) {
     std::size_t longest = 0;
     for (const auto& list : values.lists) longest = std::max(longest, list.size());

@@ -1,5 +1,6 @@
 #include "tools/words/npy.h"
 
+#include "index/text.h"
 #include "tools/words/refusal.h"
 
 #include <algorithm>
@@ -143,6 +144,27 @@ std::string npyHeader(const std::string& type, std::size_t rows, std::optional<s
   std::string header(kNpyMagic);
   header += {'\x01', '\x00', static_cast<char>(text.size() & 0xFF), static_cast<char>(text.size() >> 8)};
   return header + text;
+}
+
+std::string npyOfTexts(std::size_t rows, const std::function<std::string_view(std::size_t row)>& text) {
+  const auto lettersOf = [](std::string_view rest) {
+    std::vector<std::uint32_t> letters;
+    while (!rest.empty()) {
+      const Utf8Character character = decodeUtf8(rest);
+      letters.push_back(character.length == 0 ? 0xFFFD : static_cast<std::uint32_t>(character.code_point));
+      rest.remove_prefix(std::max<std::size_t>(character.length, 1));
+    }
+    return letters;
+  };
+  std::size_t longest = 1;
+  for (std::size_t row = 0; row < rows; ++row) longest = std::max(longest, lettersOf(text(row)).size());
+  std::string bytes = npyHeader("'<U" + std::to_string(longest) + "'", rows);
+  for (std::size_t row = 0; row < rows; ++row) {
+    std::vector<std::uint32_t> letters = lettersOf(text(row));
+    letters.resize(longest);
+    for (const std::uint32_t letter : letters) appendValue(bytes, letter);
+  }
+  return bytes;
 }
 
 }  // namespace filiform::tools

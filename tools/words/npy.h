@@ -5,6 +5,7 @@
 
 #include <bit>
 #include <cstddef>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -20,6 +21,9 @@ std::vector<Vector3d> readNpyPoints(std::string_view bytes, std::size_t most);
 // The header of an array of `rows` records, or of rows of `columns` values. `type`: as Python writes it, such as
 // "[('x', '<f8')]".
 std::string npyHeader(const std::string& type, std::size_t rows, std::optional<std::size_t> columns = {});
+// An array of `rows` texts, text(0) to text(rows - 1): UCS-4, as wide as the longest. A byte that is no UTF-8 becomes
+// U+FFFD. Calls text() twice for each row. O(rows * longest).
+std::string npyOfTexts(std::size_t rows, const std::function<std::string_view(std::size_t row)>& text);
 // Appends one value of a record, little-endian.
 template <typename Value>
 void appendValue(std::string& bytes, Value value) {

@@ -21,8 +21,8 @@ class CardBatch {
   CardBatch& operator=(const CardBatch&) = delete;
   ~CardBatch();
 
-  // Replaces the content, and shows it. O(segments) if they are sorted
-  // for drawing.
+  // Replaces the content, and shows it. In debug builds, throws GraphicsError if the driver refuses it. O(segments) if
+  // they are sorted for drawing.
   void put(const NeuriteBatch& batch, Layer layer);
   // Binds the batch so that drawing begins with segment `first`.
   void bindFrom(From from, std::size_t first);

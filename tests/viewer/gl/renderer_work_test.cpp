@@ -1,0 +1,164 @@
+// What a renderer costs and how it works: calls of OpenGL, segments drawn as cones, buffers, pictures in parts, and
+// what the driver refuses.
+#include "index/errors.h"
+#include "tests/viewer/gl/renderer_fixture.h"
+
+#include <epoxy/gl.h>
+#include <random>
+#include <string>
+#include <utility>
+
+#include <gtest/gtest.h>
+
+namespace filiform::test {
+namespace {
+
+TEST_F(Renderers, WhatTheDriverRefusesIsSaidOnce) {
+  Renderer renderer(*context_);
+  glEnable(0xFFFF);
+  try {
+    renderer.draw(stereoViews(Camera{}, 1.6, 0), {.size = {16, 10}});
+    ADD_FAILURE() << "not said";
+  } catch (const GraphicsError& error) {
+    EXPECT_NE(std::string(error.what()).find("INVALID_ENUM"), std::string::npos) << error.what();
+    EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
+  }
+  renderer.draw(stereoViews(Camera{}, 1.6, 0), {.size = {16, 10}});
+}
+
+// The eye is inside a batch of thin threads: in blocks, only those near the eye cost a cone, and those behind it cost
+// nothing. The picture stays.
+TEST_F(Renderers, InBlocksFewSegmentsAreConesForAnEyeInside) {
+  NeuriteBatch batch;
+  std::mt19937 random(7);
+  const auto at = [&] { return 200 * (static_cast<double>(random()) / static_cast<double>(random.max()) - 0.5); };
+  for (int i = 0; i < 30000; ++i) {
+    const double x = at(), y = at(), z = at();
+    append(batch, neurites({{x, y, z, 0.02, x + 1, y, z, 0.02}}, kGreen, Vector3d::Zero()));
+  }
+  NeuriteBatch blocks = batch;
+  cutIntoBlocks(blocks);
+  sortForDrawing(blocks);
+  EXPECT_TRUE(isSortedForDrawing(blocks));
+  EXPECT_EQ(blocks.blocks.back().end, batch.segments.size());
+  const auto views = stereoViews(lookAt(Vector3d::Zero(), Vector3d(0, 0, -1)), 1.6, 0);
+  const auto drawn = [&](const NeuriteBatch& all, Picture& picture) {
+    Renderer renderer(*context_);
+    renderer.put(1, all);
+    const RenderFigures figures = renderer.draw(views, {.size = {320, 200}, .samples = 1});
+    picture = renderer.read();
+    return figures;
+  };
+  Picture one, many;
+  EXPECT_EQ(drawn(batch, one).cones, batch.segments.size());
+  const RenderFigures figures = drawn(blocks, many);
+  EXPECT_LE(figures.cones, batch.segments.size() / 4);
+  EXPECT_LT(figures.cones + figures.lines, batch.segments.size() * 3 / 4);
+  EXPECT_NEAR(litAreaOf(many, 1).count, litAreaOf(one, 1).count, 0.1 * litAreaOf(one, 1).count);
+}
+
+struct CallCounts {
+  int uniforms = 0, attributes = 0, buffers = 0;
+};
+
+// Counts the calls of some functions of OpenGL while it lives.
+class CallCounter {
+ public:
+  CallCounter() {
+    counts_ = {};
+    uniforms_ = std::exchange(epoxy_glUniform3fv, [](GLint at, GLsizei count, const GLfloat* values) {
+      ++counts_.uniforms;
+      uniforms_(at, count, values);
+    });
+    attributes_ =
+        std::exchange(epoxy_glVertexAttribPointer,
+                      [](GLuint at, GLint size, GLenum type, GLboolean normalised, GLsizei stride, const void* first) {
+                        ++counts_.attributes;
+                        attributes_(at, size, type, normalised, stride, first);
+                      });
+    buffers_ = std::exchange(epoxy_glGenBuffers, [](GLsizei count, GLuint* made) {
+      ++counts_.buffers;
+      buffers_(count, made);
+    });
+  }
+  ~CallCounter() {
+    epoxy_glUniform3fv = uniforms_;
+    epoxy_glVertexAttribPointer = attributes_;
+    epoxy_glGenBuffers = buffers_;
+  }
+  const CallCounts& counts() const { return counts_; }
+
+ private:
+  static inline CallCounts counts_;
+  static inline PFNGLUNIFORM3FVPROC uniforms_ = nullptr;
+  static inline PFNGLVERTEXATTRIBPOINTERPROC attributes_ = nullptr;
+  static inline PFNGLGENBUFFERSPROC buffers_ = nullptr;
+};
+
+TEST_F(Renderers, APictureThatDiffersLittleSendsLittle) {
+  renderer_.put(1,
+                neurites({{-20, 0, 0, 6, 20, 0, 0, 0.01}, {-20, 9, 0, 0.01, 20, 9, 0, 0.01}}, kRed, Vector3d::Zero()));
+  renderer_.put(2, ball(0, 0, 0, 3, kGreen, {0, 0, 20}), Layer::overlays);
+  draw(camera_);
+  const CallCounter counter;
+  const Picture first = draw(camera_);
+  EXPECT_EQ(counter.counts().attributes, 0);
+  EXPECT_EQ(counter.counts().uniforms, 2);  // the origins of the cones and of the overlay
+  renderer_.put(2, ball(0, 0, 0, 3, kGreen, {0, 0, 20}), Layer::overlays);
+  EXPECT_EQ(draw(camera_).rgb, first.rgb);
+  EXPECT_EQ(counter.counts().attributes, 0);
+  EXPECT_EQ(counter.counts().buffers, 0);
+}
+
+TEST_F(Renderers, ABatchThatIsReplacedByALargerOneIsDrawnWhole) {
+  renderer_.put(1, ball(-20, 0, 0, 4, kRed));
+  draw(camera_);
+  renderer_.put(1, neurites({{-20, 0, 0, 8, -20, 0, 0, 8}, {20, 0, 0, 4, 20, 0, 0, 4}}, kGreen, Vector3d::Zero()),
+                Layer::overlays);
+  const Picture replaced = draw(camera_);
+  EXPECT_EQ(renderer_.bytes(), 2 * sizeof(DrawnSegment));
+  Renderer fresh(*context_);
+  fresh.put(1, neurites({{-20, 0, 0, 8, -20, 0, 0, 8}, {20, 0, 0, 4, 20, 0, 0, 4}}, kGreen, Vector3d::Zero()),
+            Layer::overlays);
+  fresh.draw(stereoViews(camera_, size_.aspect(), 0), {.size = size_});
+  EXPECT_EQ(fresh.read().rgb, replaced.rgb);
+}
+
+TEST_F(Renderers, APictureDrawnInPartsIsTheOneDrawnAtOnce) {
+  separation_ = 1.0 / 20;
+  NeuriteBatch batch = neurites({{-30, -5, 0, 3, 30, 10, -20, 1}}, kRed, Vector3d::Zero());
+  for (int i = 0; i < 2000; ++i) {
+    DrawnSegment s = batch.segments.front();
+    s.a_um[1] = static_cast<float>(-30 + 0.03 * i);
+    s.a_radius_um = s.b_radius_um = i % 3 == 0 ? 0.5F : 0.01F;
+    batch.segments.push_back(s);
+  }
+  batch.lo_W.setConstant(-40);
+  batch.hi_W.setConstant(40);
+  renderer_.put(1, batch);
+  renderer_.put(2, ball(0, 0, 20, 5, kGreen), Layer::overlays);
+  renderer_.put(3, ball(20, 0, 20, 5, kGreen), Layer::highlight);
+  for (const StereoMode stereo : {StereoMode::mono, StereoMode::anaglyph, StereoMode::side_by_side}) {
+    const Picture at_once = draw(camera_, {.stereo = stereo, .shade_um = 10});
+    renderer_.draw(stereoViews(camera_, 1.6, 0), {.size = size_});  // another picture
+    const RenderOptions options{.size = size_, .stereo = stereo, .shade_um = 10};
+    renderer_.begin(stereoViews(camera_, eyeSize(stereo, size_).aspect(), separation_), options);
+    double last = 0;
+    int parts = 0;
+    for (double part = 0; part < 1; ++parts) {
+      part = renderer_.advance(0);
+      EXPECT_GE(part, last);
+      last = part;
+    }
+    EXPECT_GT(parts, 5);
+    Picture picture;
+    int reads = 1;
+    for (; !renderer_.readMore(picture, 30); ++reads) {
+    }
+    EXPECT_EQ(reads, 7);
+    EXPECT_EQ(picture.rgb, at_once.rgb) << toString(stereo);
+  }
+}
+
+}  // namespace
+}  // namespace filiform::test
