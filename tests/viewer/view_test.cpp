@@ -425,6 +425,9 @@ TEST_F(View, TravelsByKeysAndMouse) {
   await("a screenshot", [](const Json& s) { return s.at("pictures") == 3; });
   EXPECT_EQ(test::readBytes(state()["last_picture"].get<std::string>()).substr(1, 3), "PNG");
   type("key q");
+  await("a question",
+        [](const Json& s) { return s.at("message") == "the measurement would be lost: press q again to quit"; });
+  type("key q");
   EXPECT_EQ(ended(), 0) << test::readBytes(*folder_ / "err");
   EXPECT_EQ(test::readBytes(*folder_ / "err"), "");
 
