@@ -1,7 +1,7 @@
-// TileRounds: a search of a set at an address visits a list of tiles. TileRounds reads the next tiles of the list before
-// the search needs them, many at once. A round begins when the next tile is missing, and is twice as long as the round
-// before, up to kMost. So a search that ends early has read at most about twice what it needed. In a folder the system
-// reads ahead, and TileRounds does nothing. Thread rule: thread-compatible.
+// TileRounds: a search of a set at an address visits a list of tiles. TileRounds reads the next tiles of the list
+// before the search needs them, many at once. A round begins when the next tile is missing, and is twice as long as the
+// round before, up to kMost. So a search that ends early has read at most about twice what it needed. In a folder the
+// system reads ahead, and TileRounds does nothing. Thread rule: thread-compatible.
 #pragma once
 
 #include "index/query/internal/tile_cache.h"
