@@ -9,6 +9,8 @@ namespace {
 constexpr std::uint64_t kFirstSegments = 200'000, kFirstMovingSegments = 50'000;
 // A picture with all samples and shading costs some five times as much.
 constexpr double kFine = 6;
+// Or only twice as much where neurites are thick: the first picture in motion is not to be late.
+constexpr double kLeastFine = 2;
 
 std::uint64_t times(std::uint64_t count, double factor) {
   return static_cast<std::uint64_t>(static_cast<double>(count) * factor);
@@ -23,12 +25,18 @@ FrameGovernor::FrameGovernor(std::uint64_t segments)
   budget_.moving_samples = 1;
   budget_.moving_shade = false;
   budget_.part_ms = kPart_ms;
+  budget_.moving_part_ms = kLate_ms;
 }
 
 void FrameGovernor::drew(const SceneFigures& figures) {
+  if (figures.expected_ms > 0) return drewMoving(figures.expected_ms, budget_.moving_segments);
   if (!figures.redrawn || !(figures.picture_ms > 0)) return;
   if (figures.moving) return drewMoving(figures.picture_ms, figures.segments);
   rest_ms_ = figures.picture_ms;
+  const double fine = budget_.moving_samples > 1 ? 1 : kLeastFine;
+  if (const double all = fine * static_cast<double>(figures.segments) * kMoving_ms / rest_ms_;
+      all < static_cast<double>(budget_.moving_segments))
+    budget_.moving_segments = std::max(kLeastSegments, static_cast<std::uint64_t>(all));
   // Grows at rest, and shrinks in motion alone: a picture at rest is never replaced by a coarser one.
   if (!fixed_ && figures.limited && rest_ms_ < kRest_ms / 2) budget_.segments = std::min(most_, 2 * budget_.segments);
 }
@@ -44,9 +52,12 @@ void FrameGovernor::drewMoving(double ms, std::uint64_t segments) {
       return;
     }
     const double factor = std::clamp(0.8 * kMoving_ms / ms, 0.25, 0.8);
-    budget_.moving_segments = std::max(kLeastSegments, times(std::min(budget_.moving_segments, segments), factor));
+    budget_.moving_segments = std::max(kLeastSegments, std::min(budget_.moving_segments, times(segments, factor)));
+    // The smallest picture is drawn to its end, however the view moves.
+    budget_.moving_part_ms = budget_.moving_segments > kLeastSegments ? kLate_ms : INFINITY;
     return;
   }
+  budget_.moving_part_ms = kLate_ms;
   if (ms < kMoving_ms / kFine && budget_.moving_samples == 1) {
     budget_.moving_samples = budget_.samples;
     budget_.moving_shade = true;

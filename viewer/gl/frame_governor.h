@@ -10,9 +10,9 @@ namespace filiform {
 
 class FrameGovernor {
  public:
-  // A picture in motion is to take this long. A picture at rest is drawn in parts of kPart_ms and grows while it takes
-  // less than half of kRest_ms.
-  static constexpr double kMoving_ms = 50, kPart_ms = 30, kRest_ms = 1000;
+  // A picture in motion is to take this long; one that takes kLate_ms is abandoned for a smaller one. A picture at rest
+  // is drawn in parts of kPart_ms and grows while it takes less than half of kRest_ms.
+  static constexpr double kMoving_ms = 50, kLate_ms = 75, kPart_ms = 30, kRest_ms = 1000;
   static constexpr std::uint64_t kMostSegments = 2'000'000, kLeastSegments = 2000;
 
   // `segments`: chosen at rest, and never more in motion; 0: as many as kRest_ms allows, at most kMostSegments.

@@ -21,6 +21,7 @@ namespace filiform {
 namespace {
 
 using internal::CardBatch;
+using internal::kHighlightRadius_px;
 using internal::listPieces;
 using internal::Piece;
 using internal::Program;
@@ -36,8 +37,8 @@ constexpr double kLeastBall_px = 0.71;
 constexpr double kLeastRadius_px = 0.55;
 // A dark rim separates overlays from the neurites behind them.
 constexpr double kOverlayHalo_px = 2.5;
-// Least radius of a highlighted cell's segments.
-constexpr double kHighlightRadius_px = 1.1;
+// A highlighted cell is drawn so many samples nearer: its dimmed copy in the neurites' layer does not show.
+constexpr double kNearer_px = 2;
 
 Vector3d colourVector(Rgba c) { return Vector3d(c.r, c.g, c.b) / 255; }
 
@@ -68,8 +69,15 @@ void appendRows(Picture& picture, int lowest, int rows) {
       picture.rgb.insert(picture.rgb.end(), &upside_down[at], &upside_down[at] + 3);
 }
 
-// Segments in one piece, for a picture drawn at once and for one drawn in parts.
-constexpr std::size_t kAllAtOnce = 1U << 20, kInParts = 256;
+// Waits until what was drawn into the bound framebuffer is drawn. The driver draws later than the calls return, and
+// browsers wait for no less than a pixel: glFinish() returns at once there, and fences are signalled after the frame.
+void waitForPixel() {
+  std::array<std::uint8_t, 4> pixel{};
+  glReadPixels(0, 0, 1, 1, GL_RGBA, GL_UNSIGNED_BYTE, pixel.data());
+}
+
+// Segments between the first two looks at the clock: a thick cone may cover the whole picture.
+constexpr std::size_t kFirstGroup = 16;
 // Rows of the picture that one step composes.
 constexpr int kRows = 64;
 
@@ -81,20 +89,17 @@ struct Job {
   int samples = 1;
   std::size_t eyes = 1;
   std::array<std::vector<Piece>, 2> pieces;
-  std::size_t drawn_eyes = 0, drawn_pieces = 0;  // the latter of the current eye
+  std::size_t drawn_eyes = 0, drawn_pieces = 0, drawn_segments = 0;  // of the current eye; of the current piece
+  std::size_t all_segments = 0, all_drawn = 0;                       // of both eyes
   int composed_rows = 0;
   bool under_way = false;
-  std::size_t group = kInParts;  // segments between two looks at the clock
+  Stage stage{};                    // of the last group
+  std::size_t group = kFirstGroup;  // segments between two looks at the clock
 
   double done() const {
-    double all = 0, drawn = 0;
-    for (std::size_t eye = 0; eye < eyes; ++eye) {
-      const auto count = static_cast<double>(pieces[eye].size());
-      all += count;
-      drawn += eye < drawn_eyes ? count : eye == drawn_eyes ? static_cast<double>(drawn_pieces) : 0;
-    }
     constexpr double kDrawing = 0.8;
-    return kDrawing * (all > 0 ? drawn / all : 1) + (1 - kDrawing) * composed_rows / options.size.height;
+    const double drawn = all_segments > 0 ? static_cast<double>(all_drawn) / static_cast<double>(all_segments) : 1;
+    return kDrawing * drawn + (1 - kDrawing) * composed_rows / options.size.height;
   }
 };
 
@@ -120,10 +125,10 @@ struct Renderer::Impl {
   void remove(BatchId id);
   Program& drawingLines(bool fade);
   Program& composing(StereoMode mode, int samples, bool shaded);
-  RenderFigures start(const std::array<EyeView, 2>& views, const RenderOptions& options, std::size_t piece_segments);
+  RenderFigures start(const std::array<EyeView, 2>& views, const RenderOptions& options);
   void clearEye(std::size_t eye);
   Program& enter(Stage stage, std::size_t eye);
-  void drawPieces(std::size_t eye, std::size_t end);
+  void drawPieces(std::size_t eye, std::size_t most_segments);
   void composeRows(int first_row, int rows);
 };
 
@@ -196,7 +201,8 @@ void Renderer::Impl::clearEye(std::size_t eye) {
 
 // Sets the OpenGL state and the shader of a stage.
 Program& Renderer::Impl::enter(Stage stage, std::size_t eye) {
-  const bool faint = stage == Stage::highlight_faint || stage == Stage::overlays_faint;
+  const bool faint =
+      stage == Stage::highlight_faint_lines || stage == Stage::highlight_faint || stage == Stage::overlays_faint;
   if (faint) {
     glDisable(GL_DEPTH_TEST);
     glEnable(GL_BLEND);
@@ -210,26 +216,29 @@ Program& Renderer::Impl::enter(Stage stage, std::size_t eye) {
   const EyeView& view = job.views[eye];
   const PictureSize& size = eyes[eye].size();
   const Eigen::Matrix4d p = projection(view.frustum);
-  const bool is_line = stage == Stage::ribbons || stage == Stage::lines;
+  const bool is_highlight = stage >= Stage::highlight_faint_lines && stage <= Stage::highlight;
+  const bool is_highlight_line = stage == Stage::highlight_faint_lines || stage == Stage::highlight_lines;
+  const bool is_line = stage == Stage::ribbons || stage == Stage::lines || is_highlight_line;
   Program& program = is_line                 ? drawingLines(options.clear_begin_um > view.frustum.near_um)
                      : stage == Stage::balls ? ball
                                              : cone;
   program.use();
   program.set("rotation_VW", view.rotation_VW);
   program.set("lens", Eigen::Vector4d(p(0, 0), p(0, 2), p(1, 1), p(1, 2)));
-  program.set("depth_map", p(2, 2), p(2, 3));
+  program.set("depth_map", p(2, 2), p(2, 3) * (is_highlight ? 1 + kNearer_px / (p(1, 1) * size.height / 2) : 1));
   program.set("half_px", size.width / 2.0, size.height / 2.0);
   program.set("near_um", view.frustum.near_um);
   program.set("background", colourVector(options.background));
-  const bool is_highlight = stage == Stage::highlight_faint || stage == Stage::highlight;
-  const bool is_neurite = stage < Stage::highlight_faint;
+  const bool is_neurite = stage < Stage::highlight_faint_lines;
   program.set("dim", is_neurite ? options.dim : 0);
   program.set(
       "fog", is_neurite ? Vector3d(options.fog_begin_um, options.fog_end_um, options.fog_most) : Vector3d(1e9, 2e9, 0));
   program.set("clearing", is_neurite ? options.clear_end_um : -2, is_neurite ? options.clear_begin_um : -1);
   program.set("opacity", !faint ? 1.0 : is_highlight ? 0.45 : 0.4);
   if (is_line) {
-    program.set("width_px", stage == Stage::ribbons ? std::max<double>(job.samples, kRibbon) : job.samples);
+    program.set("width_px", is_highlight_line         ? 2 * kHighlightRadius_px * job.samples
+                            : stage == Stage::ribbons ? std::max<double>(job.samples, kRibbon)
+                                                      : job.samples);
     return program;
   }
   program.set("least_px", is_highlight            ? kHighlightRadius_px * job.samples
@@ -246,23 +255,30 @@ Program& Renderer::Impl::enter(Stage stage, std::size_t eye) {
   return program;
 }
 
-void Renderer::Impl::drawPieces(std::size_t eye, std::size_t end) {
+// Draws the next segments, of one stage.
+void Renderer::Impl::drawPieces(std::size_t eye, std::size_t most_segments) {
   eyes[eye].bind();
   // Other users of this context may have changed the state.
   glDisable(GL_SCISSOR_TEST);
   glDisable(GL_CULL_FACE);
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   glDepthMask(GL_TRUE);
-  Program* program = nullptr;
-  for (std::size_t& at = job.drawn_pieces; at < end; ++at) {
-    const Piece& piece = job.pieces[eye][at];
-    if (program == nullptr || piece.stage != job.pieces[eye][at - 1].stage) program = &enter(piece.stage, eye);
-    program->set("origin_V", job.views[eye].toView(piece.batch->origin_W()));
-    if (piece.stage == Stage::ribbons || piece.stage == Stage::lines) program->set("pixel_um", piece.batch->pixel_um());
-    piece.batch->bindFrom(piece.from, piece.first);
-    const bool is_flat = piece.stage == Stage::balls;
-    glDrawArraysInstanced(is_flat ? GL_TRIANGLES : GL_TRIANGLE_STRIP, 0, is_flat ? 12 : 4,
-                          static_cast<GLsizei>(piece.count));
+  const std::vector<Piece>& pieces = job.pieces[eye];
+  const Stage stage = pieces[job.drawn_pieces].stage;
+  Program& program = enter(stage, eye);
+  const bool is_flat = stage == Stage::balls;
+  while (most_segments > 0 && job.drawn_pieces < pieces.size() && pieces[job.drawn_pieces].stage == stage) {
+    const Piece& piece = pieces[job.drawn_pieces];
+    const std::size_t count = std::min(most_segments, piece.count - job.drawn_segments);
+    program.set("origin_V", job.views[eye].toView(piece.batch->origin_W()));
+    if (piece.from == CardBatch::From::ribbons || piece.from == CardBatch::From::lines)
+      program.set("pixel_um", piece.batch->pixel_um());
+    piece.batch->bindFrom(piece.from, piece.first + job.drawn_segments);
+    glDrawArraysInstanced(is_flat ? GL_TRIANGLES : GL_TRIANGLE_STRIP, 0, is_flat ? 12 : 4, static_cast<GLsizei>(count));
+    most_segments -= count;
+    job.drawn_segments += count;
+    job.all_drawn += count;
+    if (job.drawn_segments == piece.count) ++job.drawn_pieces, job.drawn_segments = 0;
   }
 }
 
@@ -309,8 +325,7 @@ void Renderer::Impl::composeRows(int first_row, int rows) {
   for (const GLuint unit : {3U, 2U, 1U, 0U}) bindPicture(unit, 0);
 }
 
-RenderFigures Renderer::Impl::start(const std::array<EyeView, 2>& views, const RenderOptions& options,
-                                    std::size_t piece_segments) {
+RenderFigures Renderer::Impl::start(const std::array<EyeView, 2>& views, const RenderOptions& options) {
   const PictureSize& size = options.size;
   if (size.width < 1 || size.height < 1 || size.width > kMaxSize || size.height > kMaxSize)
     throw UsageError("a picture of " + std::to_string(size.width) + " x " + std::to_string(size.height) +
@@ -330,15 +345,16 @@ RenderFigures Renderer::Impl::start(const std::array<EyeView, 2>& views, const R
   RenderFigures figures;
   for (std::size_t eye = 0; eye < job.eyes; ++eye) {
     const RenderFigures listed = listPieces(views[eye], {job.eye_size.width * samples, job.eye_size.height * samples},
-                                            samples, piece_segments, batches, job.pieces[eye]);
+                                            samples, batches, job.pieces[eye]);
     if (eye == 0) figures = listed;
+    for (const Piece& piece : job.pieces[eye]) job.all_segments += piece.count;
   }
   job.under_way = true;
   return figures;
 }
 
 RenderFigures Renderer::begin(const std::array<EyeView, 2>& views, const RenderOptions& options) {
-  return impl_->start(views, options, kInParts);
+  return impl_->start(views, options);
 }
 
 double Renderer::advance(double most_ms) {
@@ -348,23 +364,28 @@ double Renderer::advance(double most_ms) {
   if (!job.under_way) return 1;
   const bool at_once = std::isinf(most_ms);
   const Clock::time_point begin = Clock::now();
-  const auto since_ms = [](Clock::time_point then) {
-    glFinish();  // the driver draws later than the calls return
-    return std::chrono::duration<double, std::milli>(Clock::now() - then).count();
+  Clock::time_point now = begin;
+  const auto since_ms = [&now](Clock::time_point then) {
+    return std::chrono::duration<double, std::milli>(now - then).count();
+  };
+  const auto wait = [&now] {
+    waitForPixel();
+    now = Clock::now();
   };
   for (; job.drawn_eyes < job.eyes; ++job.drawn_eyes, job.drawn_pieces = 0) {
     const std::size_t eye = job.drawn_eyes;
-    if (job.drawn_pieces == 0) r.clearEye(eye);
+    if (job.drawn_pieces == 0 && job.drawn_segments == 0) r.clearEye(eye);
     const std::vector<Piece>& pieces = job.pieces[eye];
     while (job.drawn_pieces < pieces.size()) {
-      std::size_t end = job.drawn_pieces, segments = 0;
-      while (end < pieces.size() && (at_once || segments < job.group)) segments += pieces[end++].count;
-      const Clock::time_point group_begin = Clock::now();
-      r.drawPieces(eye, end);
+      const Stage stage = pieces[job.drawn_pieces].stage;
+      if (stage != std::exchange(job.stage, stage)) job.group = kFirstGroup;
+      const Clock::time_point group_begin = now;
+      r.drawPieces(eye, at_once ? std::numeric_limits<std::size_t>::max() : job.group);
       if (at_once) continue;
+      wait();
       const double group_ms = since_ms(group_begin);
       if (group_ms < most_ms / 8) job.group *= 2;
-      if (group_ms > most_ms / 2) job.group = std::max(job.group / 2, kInParts);
+      if (group_ms > most_ms / 3) job.group = std::max<std::size_t>(job.group / 2, 1);
       if (since_ms(begin) >= most_ms) return job.done();
     }
   }
@@ -372,7 +393,9 @@ double Renderer::advance(double most_ms) {
     const int left = job.options.size.height - job.composed_rows, rows = at_once ? left : std::min(kRows, left);
     r.composeRows(job.composed_rows, rows);
     job.composed_rows += rows;
-    if (rows < left && since_ms(begin) >= most_ms) return job.done();
+    if (rows == left) break;
+    wait();
+    if (since_ms(begin) >= most_ms) return job.done();
   }
   job.under_way = false;
   r.last = 1 - r.last;
@@ -382,7 +405,7 @@ double Renderer::advance(double most_ms) {
 }
 
 RenderFigures Renderer::draw(const std::array<EyeView, 2>& views, const RenderOptions& options) {
-  const RenderFigures figures = impl_->start(views, options, kAllAtOnce);
+  const RenderFigures figures = impl_->start(views, options);
   advance(INFINITY);
   return figures;
 }
@@ -418,12 +441,9 @@ Picture Renderer::readWindow(const PictureSize& window) {
 }
 
 void Renderer::finish() const {
-  glFinish();
   if (impl_->whole().size().width == 0) return;
-  // Some drivers, those of browsers among them, wait for no less than a pixel.
-  std::array<std::uint8_t, 4> pixel{};
   impl_->whole().bind();
-  glReadPixels(0, 0, 1, 1, GL_RGBA, GL_UNSIGNED_BYTE, pixel.data());
+  waitForPixel();
 }
 
 void Renderer::present(const PictureSize& window) const {

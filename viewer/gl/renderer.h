@@ -55,7 +55,7 @@ class Renderer {
   // segments in view).
   RenderFigures draw(const std::array<EyeView, 2>& views, const RenderOptions& options);
   // Does draw() in parts, for a picture that takes longer than a frame. begin() prepares, and throws as draw(). Each
-  // advance() draws for about `most_ms`, at least one piece, and returns the part that is done, 0 to 1. At 1 the
+  // advance() draws for about `most_ms`, at least one segment, and returns the part that is done, 0 to 1. At 1 the
   // picture equals that of draw(); until then read() and present() have the picture before. A batch that changes before
   // abandons the picture: isUnderWay() is then false, and advance() returns 1.
   RenderFigures begin(const std::array<EyeView, 2>& views, const RenderOptions& options);

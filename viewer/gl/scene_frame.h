@@ -26,8 +26,9 @@ struct SceneBudget {
   double enough_px = Levels::kEnough_px;      // choose no finer tiles where the error is below this
   std::uint64_t upload_bytes = 4U << 20;      // in one frame; one tile is always uploaded
   double upload_ms = 2;                       // in one frame; one tile is always uploaded
-  double part_ms = INFINITY;                  // a picture at rest is drawn in parts of this length, one a frame
-  std::uint64_t card_bytes = 1ULL << 30;      // above this, tiles that are not drawn are removed from the card
+  // A picture is drawn in parts of these lengths, one a frame. In motion a new view abandons the picture under way.
+  double part_ms = INFINITY, moving_part_ms = INFINITY;
+  std::uint64_t card_bytes = 1ULL << 30;  // above this, tiles that are not drawn are removed from the card
 };
 
 // What one frame shows. Its pointers must stay valid during the call only.
@@ -64,6 +65,7 @@ struct SceneFigures {
   bool redrawn = false;              // false: the last picture was kept
   bool drawing = false;              // a picture is drawn in parts: more frames are needed
   double picture_ms = 0;             // of the last new picture, all its parts together
+  double expected_ms = 0;            // of a picture in motion that was longer than a part; 0: none
   bool moving = false;               // drawn with the budget for motion
   bool complete = false;             // every chosen tile is in the picture, without stand-ins
   std::uint64_t segments = 0;        // of the drawn tiles

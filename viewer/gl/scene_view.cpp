@@ -267,9 +267,8 @@ bool SceneView::Impl::isDue(const SceneFrame& f, const Signature& now) {
   return can_refine && (!waits || f.time_s - last_picture_s >= std::max(kRefine_s, 3e-3 * figures.picture_ms));
 }
 
-// Motion is drawn at once: a view that changes with each frame would never see the end of a picture in parts.
 bool SceneView::Impl::isQuick(const SceneFrame& f) const {
-  if (moving || std::isinf(f.budget.part_ms)) return true;
+  if (moving || std::isinf(f.budget.part_ms)) return std::isinf(moving ? f.budget.moving_part_ms : f.budget.part_ms);
   const double more =
       static_cast<double>(counted.segments) / static_cast<double>(std::max<std::uint64_t>(rest_segments, 1));
   return rest_ms * std::max(more, 1.0) < kAtOnce * f.budget.part_ms;
@@ -285,11 +284,13 @@ void SceneView::Impl::advance(const SceneFrame& f, bool begins) {
     drawn_ms = 0;
     figures.drawn = isQuick(f) ? renderer.draw(views, options) : renderer.begin(views, options);
   }
-  under_way = renderer.advance(f.budget.part_ms) < 1;
+  const double done = renderer.advance(moving ? f.budget.moving_part_ms : f.budget.part_ms);
+  under_way = done < 1;
   if (!under_way) renderer.finish();
   drawn_ms += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
   if (under_way) {
     has_picture = had_picture;
+    if (moving && begins) figures.expected_ms = drawn_ms / std::max(done, 1e-3);
     return;
   }
   figures.redrawn = true;
@@ -305,6 +306,7 @@ void SceneView::Impl::draw(const SceneFrame& f) {
   Signature now = signatureOf(f);
   first_s = std::min(first_s, f.time_s);
   figures.redrawn = false;
+  figures.expected_ms = 0;
   if (renderer.isUnderWay() && now == last_picture && detail == last_detail) {
     advance(f, false);
   } else {
@@ -338,7 +340,7 @@ SceneFigures SceneView::draw(const SceneFrame& f) {
   Impl& s = *impl_;
   s.prepare(f, false);
   // A tile that arrives would abandon the picture under way.
-  if (s.moving || !s.renderer.isUnderWay())
+  if (!s.renderer.isUnderWay())
     s.changed |= s.tiles.upload(f.budget, false, f.time_s, s.figures);
   else
     s.figures.uploads = 0;

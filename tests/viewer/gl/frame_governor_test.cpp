@@ -2,6 +2,8 @@
 #include "viewer/gl/frame_governor.h"
 
 #include <algorithm>
+#include <cmath>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -49,6 +51,30 @@ TEST(FrameGovernors, RestGrowsAndShrinksInMotionOnly) {
   EXPECT_EQ(slow.budget().segments, first);
   slow.drew(draw(slow, true, 10));
   EXPECT_LT(slow.budget().segments, first);
+}
+
+// Pictures that were abandoned, with the time that they would have taken.
+TEST(FrameGovernors, AfterALatePictureInMotionTheNextOneIsInTime) {
+  FrameGovernor governor;
+  int late = 0;
+  for (SceneFigures figures = draw(governor, true, 10); figures.picture_ms > FrameGovernor::kLate_ms; ++late) {
+    ASSERT_LT(late, 3);
+    figures.redrawn = false;
+    figures.expected_ms = std::exchange(figures.picture_ms, 0);
+    governor.drew(figures);
+    figures = draw(governor, true, 10);
+  }
+  EXPECT_GT(late, 0);
+  // The smallest picture is drawn to its end.
+  for (int i = 0; i < 20; ++i) governor.drew(draw(governor, true, 1000));
+  EXPECT_EQ(governor.budget().moving_segments, FrameGovernor::kLeastSegments);
+  EXPECT_EQ(governor.budget().moving_part_ms, INFINITY);
+}
+
+TEST(FrameGovernors, APictureAtRestTellsWhatMotionCosts) {
+  FrameGovernor governor;
+  governor.drew(draw(governor, false, 5));
+  EXPECT_LE(draw(governor, true, 5).picture_ms, FrameGovernor::kLate_ms);
 }
 
 TEST(FrameGovernors, WhatTheUserAsksForIsKeptAtRest) {

@@ -173,6 +173,25 @@ TEST_F(Renderers, HighlightsAreSeenThroughOthersWhichRecede) {
   EXPECT_LT(litAreaOf(picture, 1).count, before / 10);
 }
 
+// A highlighted cell is among the neurites too, dimmed. Thick or thin, its bright copy is the one to see.
+TEST_F(Renderers, AHighlightCoversItsDimmedCopy) {
+  const auto brightness = [&](const NeuriteBatch& cell, bool dimmed_copy) {
+    renderer_.remove(1);
+    if (dimmed_copy) renderer_.put(1, cell);
+    renderer_.put(2, cell, Layer::highlight);
+    const Picture picture = draw(camera_, {.halo_px = 0, .dim = 0.9});
+    double sum = 0;
+    for (std::size_t at = 0; at < picture.rgb.size(); at += 3) sum += picture.rgb[at];
+    return sum;
+  };
+  for (const double radius_um : {8.0, 0.01}) {
+    const NeuriteBatch cell = neurites({{-30, 0, 5, radius_um, 30, 3, 0, radius_um}}, kRed, Vector3d::Zero());
+    const double alone = brightness(cell, false);
+    EXPECT_NEAR(brightness(cell, true), alone, 0.02 * alone) << radius_um;
+    EXPECT_EQ(figures_.cones, radius_um > 1 ? 2u : 0u);  // thin ones are lines
+  }
+}
+
 TEST_F(Renderers, WhatHasSomethingNearerBesideItIsShaded) {
   renderer_.put(1, neurites({{-60, 0, -40, 20, 60, 0, -40, 20}}, kGreen, Vector3d::Zero()));
   renderer_.put(2, ball(0, 0, 30, 5, kRed));

@@ -160,5 +160,16 @@ TEST_F(Renderers, APictureDrawnInPartsIsTheOneDrawnAtOnce) {
   }
 }
 
+// Each cone covers the whole picture: a part of many such cones would take seconds.
+TEST_F(Renderers, APartOfAPictureIsNoLongerThanItsTime) {
+  NeuriteBatch batch = neurites({{-300, 0, 0, 40, 300, 0, 0, 40}}, kRed, Vector3d::Zero());
+  batch.segments.resize(512, batch.segments.front());
+  renderer_.put(1, batch);
+  renderer_.begin(stereoViews(camera_, size_.aspect(), 0), {.size = size_});
+  int parts = 1;
+  while (renderer_.advance(0) < 1) ++parts;
+  EXPECT_GT(parts, 64);
+}
+
 }  // namespace
 }  // namespace filiform::test

@@ -407,6 +407,30 @@ TEST_F(SceneViews, APictureInPartsEndsAtTheOneDrawnAtOnceUnlessTheViewChanges) {
   EXPECT_FALSE(scene.draw(frame).redrawn);
 }
 
+// A picture in motion that takes longer than its part says how long it would take, and a new view abandons it.
+TEST_F(SceneViews, ALatePictureInMotionGivesWayToANewView) {
+  SceneView scene(*set_, levels_.get(), renderer_);
+  SceneFrame frame = frameOf(scene);
+  settle(scene, frame);
+  const Picture before = renderer_.read();
+  frame.moving = true;
+  frame.budget.moving_part_ms = 1e-3;
+  SceneFigures figures;
+  for (int i = 0; i < 3; ++i) {
+    frame.camera = orbit(frame.camera, 0.3, 0.1);
+    figures = scene.draw(frame);
+    EXPECT_TRUE(figures.drawing);
+    EXPECT_FALSE(figures.redrawn);
+    EXPECT_GT(figures.expected_ms, 0);
+    EXPECT_EQ(renderer_.read().rgb, before.rgb);
+  }
+  figures = scene.draw(frame);
+  EXPECT_EQ(figures.expected_ms, 0);
+  for (int i = 0; figures.drawing && i < 10000; ++i) figures = scene.draw(frame);
+  EXPECT_TRUE(figures.redrawn);
+  EXPECT_NE(renderer_.read().rgb, before.rgb);
+}
+
 TEST_F(SceneViews, AWholePictureInPartsIsTheOneDrawnAtOnceAndLoadsBesideTheCalls) {
   SceneView at_once(*set_, levels_.get(), renderer_);
   SceneFrame frame = frameOf(at_once);

@@ -190,7 +190,7 @@ NeuriteBatch BatchLoader::Impl::load(const TileJob& job) {
     batch = makeBatch(*tile, appearance, options);
     if (job.level) batch.pixel_um = levels->entry(job.tile).pixel_um;
   }
-  if (job.level) cutIntoBlocks(batch);
+  if (job.level || job.whole_cell != UINT32_MAX) cutIntoBlocks(batch);
   sortForDrawing(batch);
   return batch;
 }

@@ -125,19 +125,25 @@ void CardTiles::request(bool with_stand_ins, double now_s) {
   });
   std::vector<TileJob> jobs;
   jobs.reserve(wishes.size() + 1);
-  if (cell_ && !isCurrent(cell_slot_) && isDue(cell_slot_))
-    jobs.push_back({.key = kNone,
+  // After the tiles for which nothing stands in: a cell may lie in many tiles.
+  auto after_first =
+      std::find_if(wishes.begin(), wishes.end(), [](const Wish& w) { return std::isfinite(w.error_px); });
+  const bool wants_cell = cell_ && !isCurrent(cell_slot_) && isDue(cell_slot_);
+  for (auto w = wishes.begin();; ++w) {
+    if (w == after_first && wants_cell)
+      jobs.push_back({.key = kNone,
+                      .generation = generation_,
+                      .colour = colour_,
+                      .cell_colours = cell_colours_,
+                      .whole_cell = *cell_});
+    if (w == wishes.end()) break;
+    jobs.push_back({.key = w->node,
                     .generation = generation_,
-                    .colour = colour_,
-                    .cell_colours = cell_colours_,
-                    .whole_cell = *cell_});
-  for (const Wish& w : wishes)
-    jobs.push_back({.key = w.node,
-                    .generation = generation_,
-                    .level = isLevel(w.node),
-                    .tile = isLevel(w.node) ? w.node : w.node - first_tile_,
+                    .level = isLevel(w->node),
+                    .tile = isLevel(w->node) ? w->node : w->node - first_tile_,
                     .colour = colour_,
                     .cell_colours = cell_colours_});
+  }
   for (const LevelId level : chosen_.unread) {
     const auto failed = unread_.find(level);
     if (failed == unread_.end() || isDue(failed->second))

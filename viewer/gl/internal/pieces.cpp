@@ -14,26 +14,34 @@ constexpr double kFlatBall_px = 6;
 
 }  // namespace
 
-RenderFigures listPieces(const EyeView& view, const PictureSize& size, int samples, std::size_t most_segments,
+RenderFigures listPieces(const EyeView& view, const PictureSize& size, int samples,
                          std::map<BatchId, CardBatch>& batches, std::vector<Piece>& pieces) {
   const LevelView levels = levelView(view, size);
   RenderFigures figures;
   // A block of neurites: large balls up to `large_balls`, small ones up to the block's `balls_end`, cones up to
-  // `cones`, ribbons up to `ribbons`, then lines.
+  // `cones`, ribbons up to `ribbons`, then lines. Of a highlight: cones up to `cones`, then lines.
   struct Part {
     CardBatch* batch;
     const CardBatch::Block* block;
+    double um_px;
     std::size_t large_balls, cones, ribbons;
   };
-  std::vector<Part> neurites;
-  std::vector<CardBatch*> highlights, overlays;
+  std::vector<Part> neurites, highlights;
+  std::vector<CardBatch*> overlays;
   const auto addBlock = [&](CardBatch& batch, const CardBatch::Block& block) {
     const double um_px = block.distance_um(view.eye_W) / levels.pixels_per_rad;
-    neurites.push_back({&batch, &block, batch.ballsAtLeastAsThickAs(block, kFlatBall_px * samples * um_px),
+    neurites.push_back({&batch, &block, um_px, batch.ballsAtLeastAsThickAs(block, kFlatBall_px * samples * um_px),
                         batch.atLeastAsThickAs(block, kRibbonRadius_px * um_px),
                         batch.atLeastAsThickAs(block, kLineRadius_px * um_px)});
     figures.cones += neurites.back().cones - block.begin;
     figures.lines += block.end - neurites.back().cones;
+  };
+  const auto addHighlight = [&](CardBatch& batch, const CardBatch::Block& block) {
+    const double um_px = block.distance_um(view.eye_W) / levels.pixels_per_rad;
+    const std::size_t cones = batch.atLeastAsThickAs(block, kHighlightRadius_px * samples * um_px);
+    highlights.push_back({&batch, &block, um_px, 0, cones, cones});
+    figures.cones += cones - block.begin;
+    figures.lines += block.end - cones;
   };
   for (auto& [id, batch] : batches) {
     if (!batch.shown) continue;
@@ -42,21 +50,24 @@ RenderFigures listPieces(const EyeView& view, const PictureSize& size, int sampl
       if (!block.isSeen(levels)) continue;
       seen = true;
       if (batch.layer() == Layer::neurites) addBlock(batch, block);
+      if (batch.layer() == Layer::highlight) addHighlight(batch, block);
     }
     ++(seen ? figures.batches : figures.culled);
-    if (!seen || batch.layer() == Layer::neurites) continue;
-    (batch.layer() == Layer::overlays ? overlays : highlights).push_back(&batch);
-    if (batch.layer() == Layer::highlight) figures.cones += batch.size();
+    if (seen && batch.layer() == Layer::overlays) overlays.push_back(&batch);
   }
 
+  std::stable_sort(neurites.begin(), neurites.end(), [](const Part& a, const Part& b) { return a.um_px < b.um_px; });
   pieces.clear();
   using From = CardBatch::From;
   const auto add = [&](Stage stage, From from, CardBatch* batch, std::size_t begin, std::size_t end) {
-    for (std::size_t first = begin; first < end; first += most_segments)
-      pieces.push_back({stage, from, batch, first, std::min(most_segments, end - first)});
+    if (begin < end) pieces.push_back({stage, from, batch, begin, end - begin});
   };
-  const auto addAll = [&](Stage stage, const std::vector<CardBatch*>& list) {
-    for (CardBatch* const batch : list) add(stage, From::cones, batch, 0, batch->size());
+  const auto addHighlights = [&](Stage lines, Stage cones) {
+    for (const Part& p : highlights) add(lines, From::lines, p.batch, p.cones, p.block->end);
+    for (const Part& p : highlights) add(cones, From::cones, p.batch, p.block->begin, p.cones);
+  };
+  const auto addOverlays = [&](Stage stage) {
+    for (CardBatch* const batch : overlays) add(stage, From::cones, batch, 0, batch->size());
   };
   for (const Part& p : neurites) add(Stage::ribbons, From::ribbons, p.batch, p.cones, p.ribbons);
   for (const Part& p : neurites) add(Stage::lines, From::lines, p.batch, p.ribbons, p.block->end);
@@ -65,10 +76,10 @@ RenderFigures listPieces(const EyeView& view, const PictureSize& size, int sampl
   // Last, because what is hidden then costs least.
   for (const Part& p : neurites) add(Stage::balls, From::balls, p.batch, p.large_balls, p.block->balls_end);
   // Dense tissue would hide these: draw them faintly without a depth test first, then normally.
-  addAll(Stage::highlight_faint, highlights);
-  addAll(Stage::highlight, highlights);
-  addAll(Stage::overlays_faint, overlays);
-  addAll(Stage::overlays, overlays);
+  addHighlights(Stage::highlight_faint_lines, Stage::highlight_faint);
+  addHighlights(Stage::highlight_lines, Stage::highlight);
+  addOverlays(Stage::overlays_faint);
+  addOverlays(Stage::overlays);
   return figures;
 }
 

@@ -19,11 +19,16 @@ enum class Stage : std::uint8_t {
   large_balls,
   cones,
   balls,
+  highlight_faint_lines,
   highlight_faint,
+  highlight_lines,
   highlight,
   overlays_faint,
   overlays
 };
+
+// Least radius of a highlighted cell's segments, in pixels of the picture; thinner ones are lines of this width.
+inline constexpr double kHighlightRadius_px = 1.1;
 
 // Segments of one batch that one OpenGL call draws.
 struct Piece {
@@ -33,9 +38,9 @@ struct Piece {
   std::size_t first, count;
 };
 
-// Replaces `pieces` by those of one eye's view, of at most `most_segments` each. `size`: in samples, of which a pixel
-// has `samples` in each direction. O(batches log segments + pieces).
-RenderFigures listPieces(const EyeView& view, const PictureSize& size, int samples, std::size_t most_segments,
+// Replaces `pieces` by those of one eye's view. Within a stage, neurites near the eye come first: those cost most.
+// `size`: in samples, of which a pixel has `samples` in each direction. O(blocks log segments).
+RenderFigures listPieces(const EyeView& view, const PictureSize& size, int samples,
                          std::map<BatchId, CardBatch>& batches, std::vector<Piece>& pieces);
 
 }  // namespace filiform::internal
