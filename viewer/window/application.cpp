@@ -276,6 +276,7 @@ class Application::Impl {
     SceneFrame frame = scene_->frame();
     frame.palette = settings_.orange_blue ? kOrangeBlue : kRedGreen;
     frame.colour = settings_.colouring;
+    if (!settings_.own_cell) frame.cell.reset();
     frame.time_s = now_s_;
     frame.size = size_;
     frame.stereo = settings_.stereo;
@@ -385,6 +386,7 @@ class Application::Impl {
                                 {"stereo", toString(settings_.stereo)},
                                 {"separation", settings_.separation},
                                 {"orthographic", settings_.orthographic},
+                                {"own_cell", settings_.own_cell},
                                 {"orange_blue", settings_.orange_blue},
                                 {"reduced_motion", settings_.reduced_motion},
                                 {"tiles_panel", settings_.show_tiles},

@@ -31,7 +31,7 @@ await run(async () => {
   await shoot(page, 'page.png');
   const drawn = JSON.parse(execFileSync(filiform, [
     'render', set, '-o', join(out, 'render.png'), '--size', `${kWidth}x${kHeight}`, '--at', `${cell}:${sample}`,
-    '--zoom', zoom_um, '--segments', kSegments, '--json'
+    '--zoom', zoom_um, '--highlight', cell, '--segments', kSegments, '--json'
   ]));
   const [seen, wanted] = ['page.png', 'render.png'].map((file) => readPng(readFileSync(join(out, file))));
   const part = overlap(seen, wanted, isScene);

@@ -75,6 +75,7 @@ SceneFrame OpenScene::frame() {
   if (companion_) frame.companion_W = companion_->p_W;
   if (viewpoint_.isOverview()) return frame;
   frame.workspace = &viewpoint_.workspace();
+  if (now().place.valid() && !goesAlong()) frame.cell = now().place.segment.cell;
   if (now().tick > 0 && now().has_stylus)
     frame.stylus = Stylus{now().h_W, now().rotation_WD * Eigen::Quaterniond(now().stylus_D)};
   frame.junction = travel_->junction();

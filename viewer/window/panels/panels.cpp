@@ -327,6 +327,7 @@ void drawSettings(const PanelData& d, bool& open, Settings& settings, PanelReque
   slide("field of view", settings.widening, 0.5F, 2);
   slide("text size", settings.interface_scale, 0.5F, 4);
   requests.settings_changed |= ImGui::Checkbox("orthographic view", &settings.orthographic);
+  requests.settings_changed |= ImGui::Checkbox("dim the other cells", &settings.own_cell);
   requests.settings_changed |= ImGui::Checkbox("orange and blue fork", &settings.orange_blue);
   requests.settings_changed |= ImGui::Checkbox("reduced motion", &settings.reduced_motion);
   if (ImGui::Button("reset to defaults")) requests.reset = true;

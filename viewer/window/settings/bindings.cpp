@@ -73,6 +73,8 @@ constexpr std::array kBindings{
             "show the scene, then also its far cells if it has any, then the workspace again"},
     Binding{Action::orthographic, "orthographic", "View", key('a'), kNoKey, "",
             "switch between orthographic and perspective view"},
+    Binding{Action::own_cell, "own-cell", "View", key('d'), kNoKey, "",
+            "dim the other cells and see yours through them, or draw all alike"},
     Binding{Action::next_colouring, "next-colouring", "View", key('c'), kNoKey, "",
             "colour by cell, type, depth, radius or tile, in turn"},
     Binding{Action::next_palette, "next-palette", "View", key('g'), kNoKey, "",

@@ -29,6 +29,7 @@ enum class Action : std::uint8_t {
   turn_down,
   overview,
   orthographic,
+  own_cell,
   next_colouring,
   next_palette,
   next_stereo,

@@ -52,6 +52,7 @@ Settings Settings::load(const std::string& path, std::string& warning) {
   choice("colour_by", s.colouring, kColourings);
   choice("stereo", s.stereo, kStereoModes);
   flag("orthographic", s.orthographic);
+  flag("own_cell", s.own_cell);
   flag("orange_blue", s.orange_blue);
   number("separation", s.separation, 0, 2);
   number("widening", s.widening, 0.5, 2);
@@ -69,6 +70,7 @@ void Settings::save(const std::string& path) const {
   const nlohmann::ordered_json json{{"colour_by", toString(colouring)},
                                     {"stereo", toString(stereo)},
                                     {"orthographic", orthographic},
+                                    {"own_cell", own_cell},
                                     {"orange_blue", orange_blue},
                                     {"separation", separation},
                                     {"widening", widening},

@@ -12,6 +12,7 @@ struct Settings {
   ColourBy colouring = ColourBy::cell;
   StereoMode stereo = StereoMode::mono;
   bool orthographic = false;    // orthographic instead of perspective view
+  bool own_cell = true;         // inside, draw the proxy's cell through the others, which are dimmed
   bool orange_blue = false;     // colours of the fork; false: the paper's red and green
   double separation = 1;        // of the eyes; 1: comfortable; 0 .. 2
   double widening = 1;          // factor on the tangent of the projection angle, 0.5 .. 2

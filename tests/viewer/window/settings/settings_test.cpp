@@ -13,7 +13,7 @@ TEST(SettingsFile, ComesBackAsItWasSaved) {
   saved.colouring = ColourBy::radius;
   saved.stereo = StereoMode::top_bottom;
   saved.orthographic = saved.orange_blue = saved.reduced_motion = saved.show_tiles = true;
-  saved.show_minimap = false;
+  saved.show_minimap = saved.own_cell = false;
   saved.separation = 1.25;
   saved.width = 640;
   saved.save(folder / "a/b/view.json");
@@ -22,7 +22,8 @@ TEST(SettingsFile, ComesBackAsItWasSaved) {
   EXPECT_EQ(warning, "");
   EXPECT_EQ(read.colouring, ColourBy::radius);
   EXPECT_EQ(read.stereo, StereoMode::top_bottom);
-  EXPECT_TRUE(read.orthographic && read.orange_blue && read.reduced_motion && read.show_tiles && !read.show_minimap);
+  EXPECT_TRUE(read.orthographic && read.orange_blue && read.reduced_motion && read.show_tiles && !read.show_minimap &&
+              !read.own_cell);
   EXPECT_EQ(read.separation, 1.25);
   EXPECT_EQ(read.width, 640);
 }

@@ -58,6 +58,10 @@ bool changeSetting(Action action, bool has_quad_buffer, Settings& settings, Mess
       settings.orthographic = !settings.orthographic;
       messages.say(settings.orthographic ? "orthographic view" : "perspective view");
       return true;
+    case Action::own_cell:
+      settings.own_cell = !settings.own_cell;
+      messages.say(settings.own_cell ? "the other cells are dimmed" : "all cells are drawn alike");
+      return true;
     case Action::next_palette:
       settings.orange_blue = !settings.orange_blue;
       messages.say(settings.orange_blue ? "fork: own branch orange, others blue"
