@@ -62,9 +62,17 @@ bool isColouring(const std::string& name) {
                      [&](ColourBy colouring) { return name == toString(colouring); });
 }
 
-// The colours of --colour-by NAME with an attribute, and of --where; nullptr without both.
+// The attribute that --colour-by names; none: it names a colouring. With "attribute:" it always names an attribute.
+std::optional<std::string> attributeOf(const std::string& colour_by) {
+  constexpr std::string_view kPrefix = "attribute:";
+  if (colour_by.starts_with(kPrefix)) return colour_by.substr(kPrefix.size());
+  if (isColouring(colour_by)) return std::nullopt;
+  return colour_by;
+}
+
+// The colours of --colour-by with an attribute, and of --where; nullptr without both.
 std::shared_ptr<const CellColours> cellColoursOf(const TileSet* set, const RenderArguments& a) {
-  const bool attribute = !isColouring(a.colour_by);
+  const std::optional<std::string> attribute = attributeOf(a.colour_by);
   if (!attribute && a.where.empty()) return nullptr;
   const CellFilter filter(a.where);
   if (set == nullptr) {
@@ -72,13 +80,13 @@ std::shared_ptr<const CellColours> cellColoursOf(const TileSet* set, const Rende
     throw UsageError("--where: the scene has no attributes of cells; only tile sets have");
   }
   const CellAttributes attributes(*set);
-  if (attribute && !attributes.find(a.colour_by))
+  if (attribute && !attributes.find(*attribute))
     throw UsageError("--colour-by " + escaped(a.colour_by, 80) + ": choose cell, type, depth, radius, tile or an " +
-                     "attribute; " + unknownAttribute(a.colour_by, attributes));
+                     "attribute; " + unknownAttribute(*attribute, attributes));
   std::optional<std::vector<std::uint32_t>> only;
   if (!filter.empty()) only = filter.select(*set, attributes);
   if (only && only->empty()) throw UsageError("--where: no cell meets the conditions");
-  return coloursByAttribute(*set, attributes, attribute ? a.colour_by : std::string(), only);
+  return coloursByAttribute(*set, attributes, attribute.value_or(std::string()), only);
 }
 
 nlohmann::ordered_json legendJson(const CellColours& colours) {
@@ -409,7 +417,8 @@ void addRender(CLI::App& app, Chosen& chosen) {
       ->check(CLI::Range(0.5, 3.0));
   command
       ->add_option("--colour-by", a->colour_by,
-                   "colour by cell, type, depth, radius, tile, or an attribute of the cells such as mtype")
+                   "colour by cell, type, depth, radius, tile, or an attribute of the cells such as mtype; attribute:type "
+                   "is an attribute of this name")
       ->capture_default_str()
       ->type_name("NAME");
   command

@@ -35,27 +35,29 @@ std::vector<std::uint32_t> legendPlacesOf(const TileSet& set, const CellAttribut
   } else {
     const std::vector<double> numbers = attributes.numbers(column);
     std::map<double, std::uint32_t> values;
-    for (const double number : numbers)
-      if (!std::isnan(number) && values.size() <= kMostNumberValues) values.emplace(number, 0);
+    double low = INFINITY, high = -INFINITY;
+    for (const double number : numbers) {
+      if (std::isnan(number)) continue;
+      low = std::min(low, number), high = std::max(high, number);
+      if (values.size() <= kMostNumberValues) values.emplace(number, 0);
+    }
+    const auto part = [low, high](double number) { return high > low ? (number - low) / (high - low) : 0.5; };
     if (values.size() <= kMostNumberValues) {
       for (auto& [value, at] : values) {
         at = static_cast<std::uint32_t>(colours.legend.size());
-        colours.legend.push_back({shortText(value), colourOfNumber(at)});
+        colours.legend.push_back({shortText(value), colourOnRamp(part(value))});
       }
       for (std::uint32_t c = 0; c < cells; ++c)
         if (!std::isnan(numbers[c])) place[c] = values[numbers[c]];
     } else {
-      double low = INFINITY, high = -INFINITY;
-      for (const double number : numbers)
-        if (!std::isnan(number)) low = std::min(low, number), high = std::max(high, number);
       const double step = (high - low) / kRampSteps;
       for (int s = 0; s < kRampSteps; ++s)
         colours.legend.push_back({shortText(low + s * step) + " to " + shortText(low + (s + 1) * step),
                                   colourOnRamp((s + 0.5) / kRampSteps)});
       for (std::uint32_t c = 0; c < cells; ++c)
         if (!std::isnan(numbers[c]))
-          place[c] = static_cast<std::uint32_t>(std::clamp(
-              std::isfinite(step) && step > 0 ? std::floor((numbers[c] - low) / step) : 0.0, 0.0, kRampSteps - 1.0));
+          place[c] = static_cast<std::uint32_t>(
+              std::isfinite(step) ? std::clamp(kRampSteps * part(numbers[c]), 0.0, kRampSteps - 1.0) : 0.0);
     }
   }
   return place;
@@ -71,28 +73,24 @@ std::shared_ptr<const CellColours> coloursByAttribute(const TileSet& set, const 
   colours->attribute = attribute;
   const std::uint32_t cells = set.cell_count();
   std::vector<std::uint32_t> place(cells, CellAttributes::kNoCode);
+  std::vector<bool> selected(cells, !only);
+  if (only)
+    for (const std::uint32_t cell : *only) selected[cell] = true;
   if (!attribute.empty()) {
     const auto column = attributes.find(attribute);
     if (!column) throw UsageError(unknownAttribute(attribute, attributes));
     place = legendPlacesOf(set, attributes, *column, *colours);
     const auto none = static_cast<std::uint32_t>(colours->legend.size());
-    bool any = false;
+    colours->legend.push_back({kNone, kWithoutValue});
     for (std::uint32_t c = 0; c < cells; ++c) {
       if (set.cell(c).removed) continue;
-      if (place[c] == CellAttributes::kNoCode) {
-        if (!any) colours->legend.push_back({kNone, kWithoutValue});
-        any = true;
-        place[c] = none;
-      }
-      ++colours->legend[place[c]].cells;
+      if (place[c] == CellAttributes::kNoCode) place[c] = none;
+      if (selected[c]) ++colours->legend[place[c]].cells;
     }
     if (values)
       for (CellColours::Entry& entry : colours->legend)
         entry.chosen = std::find(values->begin(), values->end(), entry.value) != values->end();
   }
-  std::vector<bool> selected(cells, !only);
-  if (only)
-    for (const std::uint32_t cell : *only) selected[cell] = true;
   for (std::uint32_t c = 0; c < cells; ++c) {
     const bool in_legend = place[c] != CellAttributes::kNoCode;
     const bool chosen = selected[c] && (!in_legend || colours->legend[place[c]].chosen);
@@ -100,6 +98,7 @@ std::shared_ptr<const CellColours> coloursByAttribute(const TileSet& set, const 
                                : in_legend ? colours->legend[place[c]].colour
                                            : colourOfNumber(c));
   }
+  std::erase_if(colours->legend, [](const CellColours::Entry& entry) { return entry.cells == 0; });
   return colours;
 }
 

@@ -16,7 +16,7 @@ struct CellColours {
   struct Entry {
     std::string value;  // of the attribute, as text; "(none)" for cells without one; a range for a ramp
     Rgba colour;
-    std::uint64_t cells = 0;
+    std::uint64_t cells = 0;  // at least one, of those in `only`
     bool chosen = true;
   };
   std::string attribute;  // empty: cells have their own colours, and only the selection counts
@@ -25,11 +25,11 @@ struct CellColours {
 };
 
 inline constexpr Rgba kUnchosenCell{58, 62, 70};      // of cells that are not selected
-inline constexpr std::size_t kMostNumberValues = 12;  // a column of numbers with more values gets a ramp
+inline constexpr std::size_t kMostNumberValues = 12;  // more numbers than these share the steps of the ramp
 
-// The colours of all cells by the attribute. Texts, and numbers with few different values, get a colour each. Other
-// numbers get a ramp from the lowest to the highest, in eight steps in the legend. `only`, ascending ids: these cells
-// are selected, and others get kUnchosenCell. `values`: only cells with one of these values of the legend are selected.
+// The colours of all cells by the attribute. Texts get a colour each. Numbers get a ramp from the lowest to the highest,
+// many different ones in eight steps. `only`, ascending ids: these cells are selected and counted in the legend, and
+// others get kUnchosenCell. `values`: only cells with one of these values of the legend are selected.
 // An empty attribute gives each cell its own colour. Throws UsageError for an unknown attribute, CorruptSet, IoError.
 // O(cells log values).
 std::shared_ptr<const CellColours> coloursByAttribute(const TileSet& set, const CellAttributes& attributes,
