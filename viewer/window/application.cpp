@@ -328,7 +328,8 @@ class Application::Impl {
     window_.want(what);
     for (const std::string& text : messages) window_.want(text);
     window_.beginPanels();
-    drawOpening(size_, window_.scale(), what, opening ? now_s_ - opening_.since_s() : -1, messages);
+    drawOpening(window_.points(), window_.scale() / window_.pixelsPerPoint(), what,
+                opening ? now_s_ - opening_.since_s() : -1, messages);
     if (!window_.endPanels() && same_size) return;
     renderer_.draw({EyeView{}, EyeView{}}, {.size = size_, .samples = 1});
     present(false);
@@ -336,9 +337,9 @@ class Application::Impl {
 
   PanelData panelData() const {
     PanelData d;
-    d.size = size_;
-    d.scale = window_.scale();
-    scene_->fill(d, size_);
+    d.size = window_.points();
+    d.scale = window_.scale() / window_.pixelsPerPoint();
+    scene_->fill(d, d.size);
     if (settings_.stereo != StereoMode::mono)
       d.stereo = std::string(toString(settings_.stereo)) + format(", separation %.1f", settings_.separation);
     d.messages = messages_.shown();

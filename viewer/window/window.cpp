@@ -80,6 +80,7 @@ std::uint64_t hashOf(const ImDrawData& data) {
     hash = (hash ^ (hash >> 29)) * kOdd + std::hash<std::string_view>{}({static_cast<const char*>(bytes), count});
   };
   add(&data.DisplaySize, sizeof data.DisplaySize);
+  add(&data.FramebufferScale, sizeof data.FramebufferScale);
   for (int i = 0; i < data.CmdListsCount; ++i) {
     const ImDrawList& list = *data.CmdLists[i];
     add(list.VtxBuffer.Data, static_cast<std::size_t>(list.VtxBuffer.size_in_bytes()));
@@ -110,7 +111,8 @@ struct Window::Impl {
   std::vector<InputEvent> events;
   double x = 0, y = 0;  // of the last move event
   double interface_scale = 1, content_scale = 1;
-  double built_scale = 0;  // of the current letters and sizes; 0: none yet
+  double set_pixels_per_point = 0;                     // 0: as GLFW says
+  double built_scale = 0, built_pixels_per_point = 0;  // of the current letters and sizes; 0: none yet
   internal::Letters letters{internal::findFonts(internal::fontFolders())};
   std::uint64_t shown_panels = 0;  // hash of the panels that the window shows
   bool stale = true;               // the window's pixels are lost, or of other letters
@@ -269,6 +271,21 @@ PictureSize Window::size() const {
   return {std::max(size.width, 1), std::max(size.height, 1)};
 }
 
+double Window::pixelsPerPoint() const {
+  if (impl_->set_pixels_per_point > 0) return impl_->set_pixels_per_point;
+  int width = 0, height = 0;
+  glfwGetWindowSize(impl_->window, &width, &height);
+  return width > 0 ? static_cast<double>(size().width) / width : 1;
+}
+
+PictureSize Window::points() const {
+  const PictureSize pixels = size();
+  const double points = 1 / pixelsPerPoint();
+  return {static_cast<int>(std::lround(pixels.width * points)), static_cast<int>(std::lround(pixels.height * points))};
+}
+
+void Window::setPixelsPerPoint(double pixels) { impl_->set_pixels_per_point = pixels; }
+
 std::vector<InputEvent> Window::poll(double wait_s) {
   if (wait_s > 0)
     glfwWaitEventsTimeout(wait_s);
@@ -293,21 +310,28 @@ void Window::type(const InputEvent& event) {
 
 void Window::beginPanels() {
   Impl& w = *impl_;
-  if (w.letters.isStale() || w.built_scale != scale()) {
+  ImGuiIO& io = ImGui::GetIO();
+  const double pixels = pixelsPerPoint();
+  if (w.letters.isStale() || w.built_scale != scale() || w.built_pixels_per_point != pixels) {
     ImGuiStyle style;
     ImGui::StyleColorsDark(&style);
-    style.ScaleAllSizes(static_cast<float>(scale()));
+    style.ScaleAllSizes(static_cast<float>(scale() / pixels));
     ImGui::GetStyle() = style;
     w.letters.build(scale());
+    io.FontGlobalScale = static_cast<float>(1 / pixels);
     if (w.built_scale > 0) {
       ImGui_ImplOpenGL3_DestroyFontsTexture();
       ImGui_ImplOpenGL3_CreateFontsTexture();
     }
     w.built_scale = scale();
+    w.built_pixels_per_point = pixels;
     w.stale = true;
   }
   ImGui_ImplOpenGL3_NewFrame();
   ImGui_ImplGlfw_NewFrame();
+  const PictureSize room = points();
+  io.DisplaySize = {static_cast<float>(room.width), static_cast<float>(room.height)};
+  io.DisplayFramebufferScale = {static_cast<float>(pixels), static_cast<float>(pixels)};
   ImGui::NewFrame();
 }
 

@@ -54,7 +54,12 @@ class Window {
   GraphicsContext& context();
   bool isOpen() const;       // the user has not closed it
   PictureSize size() const;  // of the picture, pixels; at least 1 x 1
-  double scale() const;      // of letters and panels: the screen's scale times the user's
+  double scale() const;      // of letters and panels, pixels: the screen's scale times the user's
+  // Panels are laid out in points: a point is a pixel with X11, and two on most HiDPI screens with Wayland or macOS.
+  double pixelsPerPoint() const;
+  PictureSize points() const;  // of the window
+  // For tests: as on a screen whose points are this many pixels.
+  void setPixelsPerPoint(double pixels);
   // Sets the user's scale. It takes effect with the next panels, when no mouse button is held.
   void setInterfaceScale(double scale);
   // Makes the letters of a text available; call it before the panels show the text.

@@ -175,7 +175,7 @@ void Session::Impl::startLoop() {
       *device, [this](const DeviceState& state, double dt_s) { return travelling.tick(state, dt_s); }, looping);
   if (tiles.residency() != nullptr) tiles.residency()->start();
   loop->start();
-  notes = loop->refusals();
+  if (hand == nullptr) notes = loop->refusals();  // nobody feels the force of a simulated hand
   if (std::string lowered = internal::loweredNote(choice, device.capabilities()); !lowered.empty())
     notes.push_back(std::move(lowered));
 }

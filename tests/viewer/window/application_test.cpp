@@ -9,9 +9,11 @@
 #include "index/set/tile_set.h"
 #include "tests/support/campaign.h"
 #include "tests/support/display.h"
+#include "tests/support/golden.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/scenes/random_cells.h"
 #include "tests/support/temp_folder.h"
+#include "viewer/window/panels/panels.h"
 #include "viewer/window/window.h"
 
 #include <algorithm>
@@ -304,6 +306,39 @@ TEST_F(Applications, LettersFollowTheScale) {
   EXPECT_GT(lit(), 2 * small);  // drawn over the small one
   window.setInterfaceScale(0);
   EXPECT_EQ(window.scale(), 2 * scale);
+}
+
+// Panels look the same on a screen whose points are two pixels and on one of that resolution whose points are pixels.
+TEST_F(Applications, PanelsAreLaidOutInPoints) {
+  Window window("points", {900, 600});
+  Renderer renderer(window.context());
+  window.setInterfaceScale(2);
+  const auto shown = [&](double pixels_per_point) {
+    window.setPixelsPerPoint(pixels_per_point);
+    PanelData data;
+    data.size = window.points();
+    data.scale = window.scale() / window.pixelsPerPoint();
+    data.um_px = 0.5 * pixels_per_point;
+    data.scene = "a scene";
+    data.hint = "a hint";
+    data.lo_W = Vector3d::Zero();
+    data.hi_W = Vector3d(300, 300, 300);
+    data.zoom_um = 100;
+    OpenPanels open{.help = true};
+    SearchPanel search;
+    Settings settings;
+    renderer.draw({EyeView{}, EyeView{}}, {.size = window.size(), .samples = 1});
+    for (int i = 0; i < 4; ++i) {  // Dear ImGui knows the size of a panel after one or two frames
+      window.beginPanels();
+      drawPanels(data, {}, open, search, settings);
+      window.endPanels();
+    }
+    renderer.present(window.size());
+    window.drawPanels();
+    return window.read();
+  };
+  const Picture pixels = shown(1), points = shown(2);
+  EXPECT_TRUE(test::compare(pixels, points).showsTheSame());
 }
 
 }  // namespace

@@ -217,8 +217,8 @@ void WindowActions::fill(PanelData& d) const {
   if (awaiting_letter_ != Action::none)
     d.hint = awaiting_letter_ == Action::set_bookmark ? "type a letter for the bookmark" : "type the bookmark's letter";
   d.tooltip = tooltip_.text();
-  d.tooltip_x = input_.x();
-  d.tooltip_y = input_.y();
+  d.tooltip_x = input_.x() / window_.pixelsPerPoint();
+  d.tooltip_y = input_.y() / window_.pixelsPerPoint();
 }
 
 void WindowActions::describe(nlohmann::ordered_json& json) const {

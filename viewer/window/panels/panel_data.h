@@ -40,9 +40,9 @@ struct TilePanel {
 };
 
 struct PanelData {
-  PictureSize size{};
-  double scale = 1;
-  double um_px = 0;  // size of a pixel at the proxy; 0: no scale bar
+  PictureSize size{};  // of the window, points: see Window::points(). So are all lengths of panels
+  double scale = 1;    // of letters and panels, points
+  double um_px = 0;    // size of a point at the proxy; 0: no scale bar
   std::string scene, cell, place, device, mode, stereo, measure, hint;
   std::vector<std::string> messages;  // newest last
   double zoom_um = 0, force_N = 0, mean_frame_ms = 0;
@@ -54,7 +54,7 @@ struct PanelData {
   const std::vector<float>* forces_N = nullptr;  // oldest first, 1 kHz
   double most_force_N = 8;
 
-  // Pixels. In the workspace a line connects both: the pull of the hand. In the overview a ring marks the proxy.
+  // Points. In the workspace a line connects both: the pull of the hand. In the overview a ring marks the proxy.
   std::optional<ScreenPoint> proxy, hand;
 
   // Of a companion, likewise; empty: there is none.
