@@ -103,6 +103,7 @@ TEST_F(Render, WhatCannotBeIsOneClearLine) {
   refused({"--at", "who:1"}, 2, "no cell");
   refused({"--proxy", "1,2"}, 2, "3 numbers");
   refused({"--palette", "grey"}, 2, "orange-blue");
+  refused({"--theme", "pink"}, 2, "light or dark");
   refused({"--highlight", "who"}, 2, "no cell");
   refused({"--stereo", "quad-buffer"}, 3, "anaglyph");
   refused({"--path", "none.rec"}, 2, "FILE.mp4");

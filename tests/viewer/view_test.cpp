@@ -68,6 +68,9 @@ class Display : public ::testing::Test {
     pictures_ = (test::filiformProgram().parent_path() / "view-test").string();
     fs::create_directories(pictures_);
     fs::remove_all(*folder_ / "config");
+    // Not the first start, which shows the scene from afar.
+    fs::create_directories(*folder_ / "config/filiform");
+    test::writeBytes(settings(), "{}");
   }
   void TearDown() override {
     if (viewer_ <= 0) return;
@@ -75,6 +78,7 @@ class Display : public ::testing::Test {
     waitpid(viewer_, nullptr, 0);
   }
 
+  static std::string settings() { return *folder_ / "config/filiform/view.json"; }
   std::string environment() const {
     return "DISPLAY=" + test::VirtualDisplay::name() + " XDG_CONFIG_HOME='" + (*folder_ / "config") + "' ";
   }
@@ -177,6 +181,30 @@ TEST_F(ViewInShort, ColoursAndSelectsCellsByAnAttribute) {
   EXPECT_LT(state().at("selected_cells"), 8);
   act("w");
   await("a picture", [](const Json& s) { return s.at("pictures") == 1; });
+  send("key q");
+  EXPECT_EQ(ended(), 0) << test::readBytes(*folder_ / "err");
+}
+
+// Without kept settings the scene is shown from afar, and no notes. The mouse needs no force plot.
+TEST_F(ViewInShort, TheFirstStartShowsTheScene) {
+  fs::remove(settings());
+  const auto start = [&](bool overview) {
+    view("'" + (*folder_ / "c.fil") + "' --size 640x480 --segments 5000 --theme light");
+    await("a proxy on a neurite",
+          [](const Json& s) { return s.at("open") == true && !s.at("cell").get<std::string>().empty(); });
+    EXPECT_EQ(state().at("overview"), overview);
+    EXPECT_EQ(state().at("force_panel"), false);
+    EXPECT_EQ(state().at("theme"), "light");
+    EXPECT_EQ(state().at("messages"), 0) << state().at("message");
+  };
+  start(true);
+  act("w");
+  await("a picture", [](const Json& s) { return s.at("pictures") == 1; });
+  act("o");
+  await("the workspace", [](const Json& s) { return s.at("overview") == false; });
+  send("key q");
+  EXPECT_EQ(ended(), 0) << test::readBytes(*folder_ / "err");
+  start(false);
   send("key q");
   EXPECT_EQ(ended(), 0) << test::readBytes(*folder_ / "err");
 }

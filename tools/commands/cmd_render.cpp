@@ -48,7 +48,8 @@ namespace {
 struct RenderArguments {
   std::shared_ptr<const RemoteArguments> remote;
   std::string scene, out, camera, size = "1280x800", stereo = "mono", colour_by = "cell", proxy, at,
-                                  palette = "red-green", highlight, path, cell, route = "longest", method = "climb";
+                                  palette = "red-green", theme = "dark", highlight, path, cell, route = "longest",
+                                  method = "climb";
   double zoom_um = 300, widening = 1, separation = 1, error_px = Levels::kEnough_px;
   std::uint64_t segments = 2'000'000;
   double pictures_s = 30;
@@ -154,6 +155,7 @@ SceneFrame frameOf(const TileStore& store, const RenderArguments& a,
   frame.palette = a.palette == "red-green" ? kRedGreen : kOrangeBlue;
   if (isColouring(a.colour_by)) frame.colour = colourBy(a.colour_by);
   frame.orthographic = a.orthographic;
+  frame.background = groundOf(themeOf(a.theme));
   frame.eyes = {.gain = a.separation, .widening = a.widening};
   frame.budget.segments = a.segments;
   frame.budget.samples = a.samples;
@@ -416,9 +418,10 @@ void addRender(CLI::App& app, Chosen& chosen) {
       ->capture_default_str()
       ->check(CLI::Range(0.5, 3.0));
   command
-      ->add_option("--colour-by", a->colour_by,
-                   "colour by cell, type, depth, radius, tile, or an attribute of the cells such as mtype; attribute:type "
-                   "is an attribute of this name")
+      ->add_option(
+          "--colour-by", a->colour_by,
+          "colour by cell, type, depth, radius, tile, or an attribute of the cells such as mtype; attribute:type "
+          "is an attribute of this name")
       ->capture_default_str()
       ->type_name("NAME");
   command
@@ -430,6 +433,9 @@ void addRender(CLI::App& app, Chosen& chosen) {
   command->add_flag("--no-legend", a->no_legend, "leave out the legend of an attribute's colours");
   command->add_option("--palette", a->palette, "colours of the branches at a fork: red-green or orange-blue")
       ->capture_default_str();
+  command->add_option("--theme", a->theme, "draw on a light or dark ground")
+      ->capture_default_str()
+      ->type_name("light|dark");
   command->add_option("--highlight", a->highlight, "emphasise this cell; the other cells fade")->type_name("CELL");
   command->add_flag("--orthographic", a->orthographic, "project in parallel: near objects look no larger");
   CLI::Option* path =

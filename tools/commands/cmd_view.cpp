@@ -39,6 +39,7 @@ struct ViewArguments {
   double zoom_um = 300;
   std::optional<double> seconds, stiffness_N_m;
   std::uint64_t segments = 0;
+  std::string theme;
   bool reset = false, keys = false, web = false;
 };
 
@@ -151,6 +152,7 @@ int runView(const ViewArguments& a) {
   if (!a.size.empty()) options.size = windowSize(a.size);
   options.segments = a.segments;
   options.reset = a.reset;
+  if (!a.theme.empty()) options.theme = themeOf(a.theme);
   options.state = a.state;
   options.pictures = a.pictures;
   options.seconds = a.seconds;
@@ -205,6 +207,7 @@ void addView(CLI::App& app, Chosen& chosen) {
           "show this hand in pages of a server that have the same set open; the page with ?desk=NAME shows the "
           "address")
       ->type_name("WS_URL");
+  command->add_option("--theme", a->theme, "draw on a light or dark ground, from now on")->type_name("light|dark");
   command->add_flag("--reset", a->reset, "reset the settings to defaults");
   command->add_flag("--web", a->web,
                     "travel in a browser instead of a window; only the options for a SET at an address go with it");

@@ -19,7 +19,7 @@ struct RenderOptions {
   PictureSize size{};
   StereoMode stereo = StereoMode::mono;
   int samples = 2;  // across a pixel, in each direction, 1 .. 4; halved where the card's textures are too small
-  Rgba background{13, 15, 20, 255};
+  Rgba background = kDarkGround;
   // Fog: neurites mix with the background from 0 at the first depth to `fog_most` (0 .. 1) at the second.
   double fog_begin_um = 1e9, fog_end_um = 2e9, fog_most = 0;
   double dim = 0;  // mixes neurites with the background at any depth, 0 .. 1

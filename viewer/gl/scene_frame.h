@@ -46,6 +46,7 @@ struct SceneFrame {
   std::shared_ptr<const CellColours> cell_colours{};  // if set: replace `colour`
   std::optional<std::uint32_t> cell{};  // highlighted: drawn in full resolution over the others, which are dimmed
   bool orthographic = false;            // see parallel()
+  Rgba background = kDarkGround;
   // From any clock that never runs backwards. Used to detect rest, to smooth the eye separation, and to retry tiles.
   double time_s = 0;
   std::optional<bool> moving{};  // none: in motion until kRest_s after the camera or the proxy last moved

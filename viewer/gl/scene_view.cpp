@@ -183,7 +183,10 @@ void SceneView::Impl::prepare(const SceneFrame& f, bool whole) {
   moving = !whole && is_moving;
   changed |= tiles.setAppearance(f.colour, f.cell_colours, f.cell);
 
-  options = {.size = f.size, .stereo = f.stereo, .samples = moving ? f.budget.moving_samples : f.budget.samples};
+  options = {.size = f.size,
+             .stereo = f.stereo,
+             .samples = moving ? f.budget.moving_samples : f.budget.samples,
+             .background = f.background};
   if (f.cell) options.dim = kReceding;
   const DepthRange range = fitDepths(f);
   double ratio = 0;
@@ -233,6 +236,7 @@ Signature SceneView::Impl::signatureOf(const SceneFrame& f) const {
   Signature now;
   for (const EyeView& view : views) addView(now, view);
   for (const int x : {f.size.width, f.size.height, static_cast<int>(f.stereo)}) now.add(x);
+  for (const int x : {f.background.r, f.background.g, f.background.b}) now.add(x);
   now.add(f.overlay_scale);
   if (f.workspace != nullptr) {
     now.add(f.workspace->centre_W());

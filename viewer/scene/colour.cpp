@@ -1,5 +1,8 @@
 #include "viewer/scene/colour.h"
 
+#include "index/errors.h"
+#include "index/text.h"
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -11,6 +14,14 @@ namespace {
 double cube(double x) { return x * x * x; }
 
 }  // namespace
+
+const char* toString(Theme theme) noexcept { return theme == Theme::light ? "light" : "dark"; }
+
+Theme themeOf(const std::string& name) {
+  for (const Theme theme : kThemes)
+    if (name == toString(theme)) return theme;
+  throw UsageError("--theme " + inShort(name) + ": choose light or dark");
+}
 
 Rgba lightnessChromaHue(double lightness, double chroma, double hue_rad) {
   const double a = chroma * std::cos(hue_rad), b = chroma * std::sin(hue_rad);

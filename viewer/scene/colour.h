@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 
 namespace filiform {
 
@@ -9,6 +10,14 @@ struct Rgba {
   std::uint8_t r = 255, g = 255, b = 255, a = 255;
   friend bool operator==(const Rgba&, const Rgba&) = default;
 };
+
+// Of panels, and of the ground of pictures.
+enum class Theme : std::uint8_t { dark, light };
+inline constexpr Theme kThemes[] = {Theme::dark, Theme::light};
+const char* toString(Theme theme) noexcept;
+Theme themeOf(const std::string& name);  // throws UsageError that lists the choices
+inline constexpr Rgba kDarkGround{13, 15, 20};
+constexpr Rgba groundOf(Theme theme) { return theme == Theme::light ? Rgba{250, 250, 250} : kDarkGround; }
 
 // The colour of this OKLab lightness (0..1), chroma (0..0.3) and hue, clipped to sRGB. (Ottosson, A perceptual colour
 // space for image processing.)

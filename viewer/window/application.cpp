@@ -16,6 +16,7 @@
 #include "viewer/window/window.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <initializer_list>
 #include <memory>
@@ -47,6 +48,13 @@ constexpr double kBlank_s = 0.1;      // between two frames while no scene is op
 // Between two frames: while something is under way, otherwise, and once nothing has changed for kSettled_s.
 constexpr double kBusyWait_s = 0.001, kWait_s = 0.015, kRestWait_s = 0.05, kSettled_s = 0.5;
 
+// The hint of the first start, until this long after the first action.
+constexpr double kGreets_s = 20;
+constexpr const char* kGreeting =
+    "double click a neurite to go there, or / to go to a cell; o shows the scene, and goes back\n"
+    "drag with the right button to pull the white proxy along its neurite; t travels by itself\n"
+    "drag to turn, wheel to zoom; h shows all keys";
+
 }  // namespace
 
 class Application::Impl {
@@ -60,6 +68,7 @@ class Application::Impl {
         governor_(options.segments),
         state_file_(options.state),
         screenshots_(options.pictures, options.write, messages_, closing_) {
+    if (options.theme) settings_.theme = *options.theme;
     if (!options_.paths.empty()) open(options_.paths);
   }
 
@@ -116,6 +125,8 @@ class Application::Impl {
   // the panels take each key before the next one is looked at.
   void handle(const InputEvent& event) {
     using Kind = InputEvent::Kind;
+    const bool acts = event.kind == Kind::key || event.kind == Kind::button || event.kind == Kind::scroll;
+    if (acts) greets_until_s_ = std::min(greets_until_s_, window_.now_s() + kGreets_s);
     if (event.kind != Kind::key && event.kind != Kind::key_up) return actions_.handle(event);
     const bool types = scene_ && window_.isTyping(), is_press = event.kind == Kind::key;
     // A held key that opened the field does not type into it.
@@ -174,9 +185,14 @@ class Application::Impl {
     scene_ = std::make_unique<OpenScene>(std::move(opened), messages_, callbacks);
     actions_.enter(scene_.get());
     if (!opened_once_) entered_s_ = window_.now_s();
-    opened_once_ = true;
     window_.setTitle("filiform: " + scene_->travel().scene().name);
     scene_->travel().start();
+    // Who has never seen the program sees the scene first.
+    const bool from_afar =
+        kept_.isFirst() && !opened_once_ && options_.place.empty() && options_.session.device == "mouse";
+    if (from_afar) scene_->nextOverview();
+    greets_until_s_ = from_afar ? INFINITY : 0;
+    opened_once_ = true;
   }
 
   // Ending the scene may wait for the disk or the device: it runs beside the frames.
@@ -276,6 +292,7 @@ class Application::Impl {
     SceneFrame frame = scene_->frame();
     frame.palette = settings_.orange_blue ? kOrangeBlue : kRedGreen;
     frame.colour = settings_.colouring;
+    frame.background = groundOf(settings_.theme);
     if (!settings_.own_cell) frame.cell.reset();
     frame.time_s = now_s_;
     frame.size = size_;
@@ -307,6 +324,7 @@ class Application::Impl {
     if (data.legend != nullptr)
       for (const CellColours::Entry& entry : *data.legend) window_.want(entry.value);
     window_.setInterfaceScale(settings_.interface_scale);
+    window_.setTheme(settings_.theme);
     window_.beginPanels();
     return drawPanels(data, scene_->tiles(), actions_.panels, actions_.search, settings_);
   }
@@ -327,11 +345,12 @@ class Application::Impl {
     const std::vector<std::string> messages = messages_.shown();
     window_.want(what);
     for (const std::string& text : messages) window_.want(text);
+    window_.setTheme(settings_.theme);
     window_.beginPanels();
     drawOpening(window_.points(), window_.scale() / window_.pixelsPerPoint(), what,
                 opening ? now_s_ - opening_.since_s() : -1, messages);
     if (!window_.endPanels() && same_size) return;
-    renderer_.draw({EyeView{}, EyeView{}}, {.size = size_, .samples = 1});
+    renderer_.draw({EyeView{}, EyeView{}}, {.size = size_, .samples = 1, .background = groundOf(settings_.theme)});
     present(false);
   }
 
@@ -343,7 +362,9 @@ class Application::Impl {
     if (settings_.stereo != StereoMode::mono)
       d.stereo = std::string(toString(settings_.stereo)) + format(", separation %.1f", settings_.separation);
     d.messages = messages_.shown();
-    d.hint = opening_.isUnderWay() ? "opening " + opening_.name() : "h: keys and mouse";
+    d.hint = opening_.isUnderWay()      ? "opening " + opening_.name()
+             : now_s_ < greets_until_s_ ? kGreeting
+                                        : "h: keys and mouse";
     actions_.fill(d);
     d.picture = screenshots_.text();
     d.picture_part = screenshots_.part();
@@ -389,6 +410,7 @@ class Application::Impl {
                                 {"orthographic", settings_.orthographic},
                                 {"own_cell", settings_.own_cell},
                                 {"orange_blue", settings_.orange_blue},
+                                {"theme", toString(settings_.theme)},
                                 {"reduced_motion", settings_.reduced_motion},
                                 {"tiles_panel", settings_.show_tiles},
                                 {"message", messages_.last()},
@@ -427,6 +449,7 @@ class Application::Impl {
   double last_state_s_ = -1, last_blank_s_ = -1, frame_ms_ = 0, longest_ms_ = 0;
   double entered_s_ = 0;  // the first scene
   double changed_s_ = 0;  // the last event or presented frame
+  double greets_until_s_ = 0;
   std::uint64_t frames_ = 0, presented_ = 0, pictures_ = 0;
 
   // Destroyed from the last to the first: each may use the ones before it.

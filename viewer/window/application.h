@@ -35,6 +35,7 @@ struct ApplicationOptions {
   std::optional<PictureSize> size;  // none: that of the settings
   std::uint64_t segments = 0;       // draw at most this many; 0: by the time of frames, see FrameGovernor
   bool reset = false;               // start with default settings
+  std::optional<Theme> theme;       // replaces the setting
   std::string state;                // file for the state; empty: none
   std::string pictures = ".";       // folder for screenshots
   std::optional<double> seconds;    // end this long after the first scene was opened; none: when the user quits

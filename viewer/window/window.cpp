@@ -111,7 +111,8 @@ struct Window::Impl {
   std::vector<InputEvent> events;
   double x = 0, y = 0;  // of the last move event
   double interface_scale = 1, content_scale = 1;
-  double set_pixels_per_point = 0;                     // 0: as GLFW says
+  double set_pixels_per_point = 0;  // 0: as GLFW says
+  Theme theme = Theme::dark;
   double built_scale = 0, built_pixels_per_point = 0;  // of the current letters and sizes; 0: none yet
   internal::Letters letters{internal::findFonts(internal::fontFolders())};
   std::uint64_t shown_panels = 0;  // hash of the panels that the window shows
@@ -263,6 +264,10 @@ void Window::want(const std::string& utf8) { impl_->letters.want(utf8); }
 void Window::setInterfaceScale(double scale) {
   if (scale > 0 && !ImGui::IsAnyMouseDown()) impl_->interface_scale = scale;
 }
+
+void Window::setTheme(Theme theme) {
+  if (std::exchange(impl_->theme, theme) != theme) impl_->built_scale = -1;
+}
 double Window::now_s() const { return glfwGetTime(); }
 
 PictureSize Window::size() const {
@@ -314,12 +319,15 @@ void Window::beginPanels() {
   const double pixels = pixelsPerPoint();
   if (w.letters.isStale() || w.built_scale != scale() || w.built_pixels_per_point != pixels) {
     ImGuiStyle style;
-    ImGui::StyleColorsDark(&style);
+    if (w.theme == Theme::light)
+      ImGui::StyleColorsLight(&style);
+    else
+      ImGui::StyleColorsDark(&style);
     style.ScaleAllSizes(static_cast<float>(scale() / pixels));
     ImGui::GetStyle() = style;
     w.letters.build(scale());
     io.FontGlobalScale = static_cast<float>(1 / pixels);
-    if (w.built_scale > 0) {
+    if (w.built_scale != 0) {
       ImGui_ImplOpenGL3_DestroyFontsTexture();
       ImGui_ImplOpenGL3_CreateFontsTexture();
     }

@@ -18,6 +18,7 @@
 #include "viewer/gl/renderer.h"
 #include "viewer/scene/camera.h"
 #include "viewer/window/settings/bindings.h"
+#include "viewer/window/settings/settings.h"
 
 #include <memory>
 #include <string>
@@ -62,6 +63,7 @@ class Window {
   void setPixelsPerPoint(double pixels);
   // Sets the user's scale. It takes effect with the next panels, when no mouse button is held.
   void setInterfaceScale(double scale);
+  void setTheme(Theme theme);  // of the next panels
   // Makes the letters of a text available; call it before the panels show the text.
   void want(const std::string& utf8);
   double now_s() const;

@@ -34,6 +34,10 @@ export async function opened(page) {
     error.message += `; page: ${note}; ${page.problems.join('; ')}; state ${JSON.stringify(last)}`;
     throw error;
   }
+  if (last.overview) {  // as at the first start
+    await page.keyboard.press('o', {delay: 60});
+    await waitFor('the workspace', async () => !(last = await state(page)).overview, 20);
+  }
   return last;
 }
 

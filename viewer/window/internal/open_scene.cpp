@@ -135,7 +135,7 @@ void OpenScene::fill(PanelData& d, const PictureSize& size) const {
   d.cell = travel_->cellName();
   attributes_->fill(d);
   if (travel_->sample()) d.place = format("sample %lld, ", static_cast<long long>(*travel_->sample()));
-  d.place += format("%.1f %.1f %.1f um", s.p_W.x(), s.p_W.y(), s.p_W.z());
+  d.place += format("%.1f %.1f %.1f \u00b5m", s.p_W.x(), s.p_W.y(), s.p_W.z());
   d.device = travel_->session().deviceName();
   d.mode = toString(s.mode);
   if (travel_->session().awaited()) d.mode += ", jumping";

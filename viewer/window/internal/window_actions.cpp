@@ -100,6 +100,9 @@ void WindowActions::act(Action action) {
     case Action::panel_settings:
       panels.settings = !panels.settings;
       return;
+    case Action::panel_force:
+      settings_.show_force = !showsForce();
+      return;
     case Action::fullscreen:
       window_.toggleFullscreen();
       return;
@@ -212,7 +215,12 @@ void WindowActions::lookUnderPointer(double now_s) {
                   pickRay(scene_->view(), input_.x(), input_.y(), window_.size(), kTooltip_px * window_.scale()));
 }
 
+bool WindowActions::showsForce() const {
+  return settings_.show_force.value_or(scene_ != nullptr && scene_->travel().session().deviceName() != "mouse");
+}
+
 void WindowActions::fill(PanelData& d) const {
+  d.show_force = showsForce();
   d.frozen = frozen_;
   if (awaiting_letter_ != Action::none)
     d.hint = awaiting_letter_ == Action::set_bookmark ? "type a letter for the bookmark" : "type the bookmark's letter";
@@ -223,6 +231,7 @@ void WindowActions::fill(PanelData& d) const {
 
 void WindowActions::describe(nlohmann::ordered_json& json) const {
   json["help"] = panels.help;
+  json["force_panel"] = showsForce();
   json["search"] = panels.search;
   json["search_text"] = search.text;
   json["search_error"] = search.error;

@@ -71,6 +71,7 @@ class WindowActions {
   void closeTop();
   void quit();
   void zoom(double factor);
+  bool showsForce() const;
 
   Window& window_;
   const Renderer& renderer_;

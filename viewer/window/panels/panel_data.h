@@ -43,8 +43,9 @@ struct PanelData {
   PictureSize size{};  // of the window, points: see Window::points(). So are all lengths of panels
   double scale = 1;    // of letters and panels, points
   double um_px = 0;    // size of a point at the proxy; 0: no scale bar
-  std::string scene, cell, place, device, mode, stereo, measure, hint;
-  std::vector<std::string> messages;  // newest last
+  std::string scene, cell, place, device, mode, stereo, measure, hint;  // hint: one line or more
+  bool show_force = false;                                              // the plot, and what the hand does
+  std::vector<std::string> messages;                                    // newest last
   double zoom_um = 0, force_N = 0, mean_frame_ms = 0;
   std::uint64_t segments = 0, left_out = 0, pending = 0;
   double error_px = 0;

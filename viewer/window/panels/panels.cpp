@@ -20,20 +20,22 @@ namespace filiform {
 
 namespace {
 
+using internal::dim;
 using internal::fitted;
 using internal::format;
-using internal::kDim;
-using internal::kGold;
-using internal::kInk;
+using internal::gold;
+using internal::ground;
+using internal::ink;
 using internal::kPanelAlpha;
-using internal::kRed;
 using internal::kStill;
-using internal::kViolet;
 using internal::lengthText;
+using internal::red;
 using internal::showFitted;
 using internal::showWhole;
 using internal::vec;
+using internal::violet;
 using internal::write;
+using internal::writeIn;
 
 constexpr double kForceWidth = 260, kStatusColumn = 82;  // times the scale
 
@@ -46,17 +48,15 @@ void drawStatus(const PanelData& d, bool beside_force) {
   showFitted(d.scene, width, d.scale);
   const auto row = [&](const char* what, const std::string& value) {
     if (value.empty()) return;
-    ImGui::PushStyleColor(ImGuiCol_Text, kDim);
-    ImGui::TextUnformatted(what);
-    ImGui::PopStyleColor();
+    writeIn(dim(), what);
     ImGui::SameLine(static_cast<float>(kStatusColumn * d.scale));
     showFitted(value, width - (kStatusColumn - 8) * d.scale, d.scale);
   };
   row("cell", d.cell);
   row("place", d.place);
-  row("hand", d.device + ", " + d.mode);
+  row("hand", d.show_force ? d.device + ", " + d.mode : d.mode == "constrained" ? std::string() : d.mode);
   row("zoom", lengthText(d.zoom_um) + " across");
-  row("force", format("%.2f N", d.force_N));
+  if (d.show_force) row("force", format("%.2f N", d.force_N));
   row("measure", d.measure);
   std::string drawn = counted(d.segments, "segment");
   if (std::isinf(d.error_px))
@@ -68,7 +68,7 @@ void drawStatus(const PanelData& d, bool beside_force) {
   row("loading", d.pending > 0 ? counted(d.pending, "tile") : std::string());
   row("missing", d.unreadable > 0 ? counted(d.unreadable, "tile") : std::string());
   row("stereo", d.stereo);
-  if (d.frozen) ImGui::TextColored({0.92F, 0.78F, 0.35F, 1}, "levels of detail are frozen (l)");
+  if (d.frozen) writeIn(gold(), "levels of detail are frozen (l)");
   ImGui::End();
 }
 
@@ -77,13 +77,13 @@ struct Lines {
   double left, right;
 };
 
-// Writes a line above `bottom`, on a dark ground, wrapped to the room; moves `bottom` above it.
+// Writes lines above `bottom`, on a ground, wrapped to the room; moves `bottom` above it.
 void drawLine(ImDrawList& list, const Lines& room, double scale, ImU32 colour, const std::string& text,
               double& bottom) {
   const double widest = std::max(60.0, std::min(room.right - room.left, 760 * scale)), rim = 4 * scale;
   const ImVec2 taken = ImGui::CalcTextSize(text.c_str(), nullptr, false, static_cast<float>(widest));
   const double left = (room.left + room.right - taken.x) / 2.0, top = bottom - taken.y - 2 * rim;
-  list.AddRectFilled(vec(left - 2 * rim, top), vec(left + taken.x + 2 * rim, bottom), IM_COL32(13, 15, 20, 215),
+  list.AddRectFilled(vec(left - 2 * rim, top), vec(left + taken.x + 2 * rim, bottom), ground(215),
                      static_cast<float>(rim));
   list.AddText(ImGui::GetFont(), ImGui::GetFontSize(), vec(left, top + rim), colour, text.c_str(), nullptr,
                static_cast<float>(widest));
@@ -95,9 +95,9 @@ void drawMessages(const PictureSize& size, double scale, const Lines& room, cons
   // Over the picture, and below the panels.
   ImDrawList& list = *ImGui::GetBackgroundDrawList();
   double bottom = size.height - 8 * scale;
-  if (!hint.empty()) drawLine(list, room, scale, kDim, hint, bottom);
-  if (!network.empty()) drawLine(list, room, scale, kRed, network, bottom);
-  for (std::size_t i = messages.size(); i-- > 0;) drawLine(list, room, scale, kGold, messages[i], bottom);
+  if (!hint.empty()) drawLine(list, room, scale, dim(), hint, bottom);
+  if (!network.empty()) drawLine(list, room, scale, red(), network, bottom);
+  for (std::size_t i = messages.size(); i-- > 0;) drawLine(list, room, scale, gold(), messages[i], bottom);
 }
 
 // A bar of round length, in the corner without panels.
@@ -107,11 +107,11 @@ void drawScaleBar(const PanelData& d) {
   ImDrawList& list = *ImGui::GetBackgroundDrawList();
   const double right = d.size.width - 20 * d.scale, left = right - bar.length_px, y = d.size.height - 22 * d.scale;
   const auto thick = static_cast<float>(2 * d.scale);
-  list.AddLine(vec(left, y), vec(right, y), kInk, thick);
-  list.AddLine(vec(left, y - 5 * d.scale), vec(left, y + 5 * d.scale), kInk, thick);
-  list.AddLine(vec(right, y - 5 * d.scale), vec(right, y + 5 * d.scale), kInk, thick);
+  list.AddLine(vec(left, y), vec(right, y), ink(), thick);
+  list.AddLine(vec(left, y - 5 * d.scale), vec(left, y + 5 * d.scale), ink(), thick);
+  list.AddLine(vec(right, y - 5 * d.scale), vec(right, y + 5 * d.scale), ink(), thick);
   const ImVec2 size = ImGui::CalcTextSize(bar.text.c_str());
-  write(list, vec((left + right - size.x) / 2, y - 8 * d.scale - size.y), kInk, bar.text);
+  write(list, vec((left + right - size.x) / 2, y - 8 * d.scale - size.y), ink(), bar.text);
 }
 
 // In the overview a proxy is too small to be seen: a ring and a word show its place.
@@ -119,7 +119,7 @@ void drawRing(const PanelData& d, const ScreenPoint& place, ImU32 colour, const 
   ImDrawList& list = *ImGui::GetBackgroundDrawList();
   const auto radius = static_cast<float>(11 * d.scale), thick = static_cast<float>(2 * d.scale);
   const ImVec2 at = vec(place.x, place.y);
-  list.AddCircle(at, radius, IM_COL32(0, 0, 0, 200), 32, 2 * thick);
+  list.AddCircle(at, radius, ground(200), 32, 2 * thick);
   list.AddCircle(at, radius, colour, 32, thick);
   write(list, vec(at.x + 15 * d.scale, at.y - 7 * d.scale), colour, word);
 }
@@ -127,7 +127,7 @@ void drawRing(const PanelData& d, const ScreenPoint& place, ImU32 colour, const 
 bool isAhead(const std::optional<ScreenPoint>& place) { return place && place->depth_um > 0; }
 
 void drawHere(const PanelData& d) {
-  if (d.overview && isAhead(d.proxy)) drawRing(d, *d.proxy, kGold, "proxy");
+  if (d.overview && isAhead(d.proxy)) drawRing(d, *d.proxy, gold(), "proxy");
 }
 
 // The line from a proxy to its hand.
@@ -139,7 +139,7 @@ void drawLineOfPull(const PanelData& d, const ScreenPoint& proxy, const ScreenPo
   const auto thick = static_cast<float>((1.5 + 3 * part) * d.scale);
   list.AddLine(vec(proxy.x, proxy.y), vec(hand.x, hand.y), colour, thick);
   list.AddCircle(vec(hand.x, hand.y), static_cast<float>(6 * d.scale), colour, 24, thick);
-  write(list, vec(hand.x + 10 * d.scale, hand.y - 6 * d.scale), kInk, format("%.2f N", force_N));
+  write(list, vec(hand.x + 10 * d.scale, hand.y - 6 * d.scale), ink(), format("%.2f N", force_N));
 }
 
 void drawPull(const PanelData& d) {
@@ -148,7 +148,7 @@ void drawPull(const PanelData& d) {
 
 void drawCompanion(const PanelData& d) {
   if (!isAhead(d.companion)) return;
-  drawRing(d, *d.companion, kViolet, d.companion_name);
+  drawRing(d, *d.companion, violet(), d.companion_name);
   if (!d.overview && isAhead(d.companion_hand)) drawLineOfPull(d, *d.companion, *d.companion_hand, d.companion_force_N);
 }
 
@@ -169,9 +169,9 @@ void drawForce(const PanelData& d) {
     const double y = at.y + height * (1 - line / 2.0);
     list.AddLine(vec(at.x, y), vec(at.x + width, y), IM_COL32(90, 98, 115, 140));
   }
-  list.AddText(vec(at.x, at.y), kDim, format("%g N", top).c_str());
-  list.AddText(vec(at.x, at.y + height / 2), kDim, format("%g", top / 2).c_str());
-  list.AddText(vec(at.x, at.y + height - ImGui::GetTextLineHeight()), kDim, "0");
+  list.AddText(vec(at.x, at.y), dim(), format("%g N", top).c_str());
+  list.AddText(vec(at.x, at.y + height / 2), dim(), format("%g", top / 2).c_str());
+  list.AddText(vec(at.x, at.y + height - ImGui::GetTextLineHeight()), dim(), "0");
   // The largest force of each pixel's ticks, so that no peak is lost.
   constexpr std::size_t kTicks = 4000;
   const auto columns = static_cast<std::size_t>(width);
@@ -182,7 +182,7 @@ void drawForce(const PanelData& d) {
     for (std::size_t back = kTicks - end; back < kTicks - begin && back < forces.size(); ++back)
       most = std::max(most, forces[forces.size() - 1 - back]);
     const ImVec2 point = vec(at.x + static_cast<double>(column), at.y + height * (1 - std::min(1.0, most / top)));
-    if (column > 0) list.AddLine(last, point, kGold, static_cast<float>(1.3 * d.scale));
+    if (column > 0) list.AddLine(last, point, gold(), static_cast<float>(1.3 * d.scale));
     last = point;
   }
   ImGui::End();
@@ -214,14 +214,14 @@ void drawMap(const PanelData& d, ImDrawList& list, const Minimap& map, const ImV
     list.AddRect(place(nested.left, nested.top), place(nested.right, nested.bottom), IM_COL32(120, 135, 160, 150));
   }
   const Minimap::Box space = map.box(d.centre_W, d.zoom_um, 5 * d.scale);
-  list.AddRect(place(space.left, space.top), place(space.right, space.bottom), kGold);
+  list.AddRect(place(space.left, space.top), place(space.right, space.bottom), gold());
   for (std::size_t i = 0; i < d.bookmarks_W.size(); ++i) {
     const ImVec2 dot = place(map.x(d.bookmarks_W[i]), map.y(d.bookmarks_W[i]));
     list.AddCircleFilled(dot, static_cast<float>(2.5 * d.scale), IM_COL32(110, 190, 255, 255));
     list.AddText(vec(dot.x + 3 * d.scale, dot.y - 6 * d.scale), IM_COL32(110, 190, 255, 255),
                  d.bookmark_names[i].c_str());
   }
-  list.AddCircleFilled(place(map.x(d.proxy_W), map.y(d.proxy_W)), static_cast<float>(2.5 * d.scale), kInk);
+  list.AddCircleFilled(place(map.x(d.proxy_W), map.y(d.proxy_W)), static_cast<float>(2.5 * d.scale), ink());
 }
 
 // Returns the place that the user clicked. Sets `right` to the panel's right edge, pixels.
@@ -235,7 +235,7 @@ std::optional<Vector3d> drawMinimap(const PanelData& d, double& right) {
   const Minimap whole(d.lo_W, d.hi_W, side, side);
   const Minimap near = whole.around(d.centre_W, d.zoom_um, side / 2, side / 2);
   ImDrawList& list = *ImGui::GetWindowDrawList();
-  ImGui::TextColored({0.6F, 0.63F, 0.69F, 1}, "whole scene, front view");
+  writeIn(dim(), "whole scene, front view");
   const auto map = [&](const char* name, const Minimap& shown, double across, bool all) {
     const ImVec2 at = ImGui::GetCursorScreenPos();
     if (ImGui::InvisibleButton(name, vec(across, across))) {
@@ -262,11 +262,10 @@ void drawSearch(const PanelData& d, bool& open, SearchPanel& search, PanelReques
   ImGui::SetNextWindowSize(vec(std::min(520 * d.scale, d.size.width * 0.9), 0));
   ImGui::Begin("go to", &open,
                ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoResize);
-  ImGui::TextColored(
-      {0.6F, 0.63F, 0.69F, 1}, "%s",
-      d.attribute_names.empty()
-          ? "type a part of a cell's name, CELL:soma, CELL:ID, or X Y Z in um; then Enter"
-          : "type a part of a cell's name, CELL:soma, CELL:ID, X Y Z in um, or ATTRIBUTE=VALUE; then Enter");
+  writeIn(dim(),
+          d.attribute_names.empty()
+              ? "type a part of a cell's name, CELL:soma, CELL:ID, or X Y Z in \u00b5m; then Enter"
+              : "type a part of a cell's name, CELL:soma, CELL:ID, X Y Z in \u00b5m, or ATTRIBUTE=VALUE; then Enter");
   if (search.focus) ImGui::SetKeyboardFocusHere();
   search.focus = false;
   std::array<char, 1024> text{};
@@ -297,7 +296,7 @@ void drawSearch(const PanelData& d, bool& open, SearchPanel& search, PanelReques
     ImGui::PopID();
   }
   ImGui::PushTextWrapPos(0);
-  if (!search.error.empty()) ImGui::TextColored({0.94F, 0.43F, 0.37F, 1}, "%s", search.error.c_str());
+  if (!search.error.empty()) writeIn(red(), search.error);
   ImGui::PopTextWrapPos();
   ImGui::End();
 }
@@ -316,6 +315,7 @@ void drawSettings(const PanelData& d, bool& open, Settings& settings, PanelReque
     ImGui::EndCombo();
   };
   choose("colour by", settings.colouring, kColourings);
+  choose("theme", settings.theme, kThemes);
   choose("stereo", settings.stereo, kStereoModes);
   const auto slide = [&](const char* what, double& value, float least, float most) {
     auto shown = static_cast<float>(value);
@@ -342,8 +342,8 @@ void drawTooltip(const PanelData& d) {
   const double x = std::min(d.tooltip_x + 14 * d.scale, d.size.width - size.x - 12 * d.scale);
   const double y = std::min(d.tooltip_y + 16 * d.scale, d.size.height - size.y - 12 * d.scale);
   list.AddRectFilled(vec(x - 6 * d.scale, y - 4 * d.scale), vec(x + size.x + 6 * d.scale, y + size.y + 4 * d.scale),
-                     IM_COL32(20, 23, 31, 235), static_cast<float>(4 * d.scale));
-  list.AddText(ImGui::GetFont(), ImGui::GetFontSize(), vec(x, y), kInk, d.tooltip.c_str(), nullptr, widest);
+                     ground(235), static_cast<float>(4 * d.scale));
+  list.AddText(ImGui::GetFont(), ImGui::GetFontSize(), vec(x, y), ink(), d.tooltip.c_str(), nullptr, widest);
 }
 
 }  // namespace
@@ -356,7 +356,7 @@ PanelRequests drawPanels(const PanelData& d, const TilePanel& tiles, OpenPanels&
   drawCompanion(d);
   drawScaleBar(d);
   Lines room{0, d.size.width - std::min(220 * d.scale, d.size.width / 4.0) - 20 * d.scale};  // left of the scale bar
-  const bool has_force = settings.show_force && d.forces_N != nullptr && d.size.width >= 420 * d.scale;
+  const bool has_force = d.show_force && d.forces_N != nullptr && d.size.width >= 420 * d.scale;
   if (d.size.width >= 240 * d.scale && d.size.height >= 200 * d.scale) drawStatus(d, has_force);
   if (has_force) drawForce(d);
   drawPicture(d, requests);

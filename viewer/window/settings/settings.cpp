@@ -39,7 +39,7 @@ Settings Settings::load(const std::string& path, std::string& warning) {
     const double wanted = found->get<double>();
     if (wanted >= least && wanted <= most) value = static_cast<std::decay_t<decltype(value)>>(wanted);
   };
-  const auto flag = [&](const char* name, bool& value) {
+  const auto flag = [&](const char* name, auto& value) {
     const auto found = json.find(name);
     if (found != json.end() && found->is_boolean()) value = found->get<bool>();
   };
@@ -49,6 +49,7 @@ Settings Settings::load(const std::string& path, std::string& warning) {
     for (const auto one : choices)
       if (found->get<std::string>() == toString(one)) value = one;
   };
+  choice("theme", s.theme, kThemes);
   choice("colour_by", s.colouring, kColourings);
   choice("stereo", s.stereo, kStereoModes);
   flag("orthographic", s.orthographic);
@@ -67,20 +68,21 @@ Settings Settings::load(const std::string& path, std::string& warning) {
 }
 
 void Settings::save(const std::string& path) const {
-  const nlohmann::ordered_json json{{"colour_by", toString(colouring)},
-                                    {"stereo", toString(stereo)},
-                                    {"orthographic", orthographic},
-                                    {"own_cell", own_cell},
-                                    {"orange_blue", orange_blue},
-                                    {"separation", separation},
-                                    {"widening", widening},
-                                    {"reduced_motion", reduced_motion},
-                                    {"interface_scale", interface_scale},
-                                    {"show_tiles", show_tiles},
-                                    {"show_force", show_force},
-                                    {"show_minimap", show_minimap},
-                                    {"width", width},
-                                    {"height", height}};
+  nlohmann::ordered_json json{{"theme", toString(theme)},
+                              {"colour_by", toString(colouring)},
+                              {"stereo", toString(stereo)},
+                              {"orthographic", orthographic},
+                              {"own_cell", own_cell},
+                              {"orange_blue", orange_blue},
+                              {"separation", separation},
+                              {"widening", widening},
+                              {"reduced_motion", reduced_motion},
+                              {"interface_scale", interface_scale},
+                              {"show_tiles", show_tiles},
+                              {"show_minimap", show_minimap},
+                              {"width", width},
+                              {"height", height}};
+  if (show_force) json["show_force"] = *show_force;
   std::error_code error;
   fs::create_directories(fs::path(path).parent_path(), error);
   Output out(path);

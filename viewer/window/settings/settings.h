@@ -1,14 +1,17 @@
 // The user's settings of the window, kept in a file. Thread-compatible.
 #pragma once
 
+#include "viewer/scene/colour.h"
 #include "viewer/scene/neurite_batches.h"
 #include "viewer/scene/stereo.h"
 
+#include <optional>
 #include <string>
 
 namespace filiform {
 
 struct Settings {
+  Theme theme = Theme::dark;  // of panels, and of the ground of the picture
   ColourBy colouring = ColourBy::cell;
   StereoMode stereo = StereoMode::mono;
   bool orthographic = false;    // orthographic instead of perspective view
@@ -18,7 +21,8 @@ struct Settings {
   double widening = 1;          // factor on the tangent of the projection angle, 0.5 .. 2
   bool reduced_motion = false;  // jump without gliding
   double interface_scale = 1;   // of letters, 0.5 .. 4
-  bool show_tiles = false, show_force = true, show_minimap = true;
+  bool show_tiles = false, show_minimap = true;
+  std::optional<bool> show_force{};  // none: with a device, and not with the mouse
   int width = 1280, height = 800;
 
   // $XDG_CONFIG_HOME/filiform/view.json, else $HOME/.config/filiform/view.json. Throws UsageError if neither variable

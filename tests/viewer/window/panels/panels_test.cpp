@@ -107,6 +107,7 @@ TEST_F(Panels, TheHelpIsWholeInWindowsOfAnySize) {
 TEST_F(Panels, LongNamesEndBeforeTheNextPanelAndAreWholeUnderThePointer) {
   const std::vector<float> forces(100, 1);
   data_.forces_N = &forces;
+  data_.show_force = true;
   data_.scene = data_.cell = std::string(400, 'w');
   data_.device = "mouse";
   draw({1000, 700});
@@ -118,6 +119,20 @@ TEST_F(Panels, LongNamesEndBeforeTheNextPanelAndAreWholeUnderThePointer) {
   draw({1000, 700});
   EXPECT_GE(written("##Tooltip_00").corners, 400 * 6);
   EXPECT_TRUE(written("##Tooltip_00").inside);
+}
+
+TEST_F(Panels, ForceAndHandAreShownOnDemand) {
+  const std::vector<float> forces(100, 1);
+  data_.forces_N = &forces;
+  data_.device = "mouse";
+  data_.mode = "constrained";
+  draw({1000, 700});
+  EXPECT_EQ(listOf("force"), nullptr);
+  const int corners = written("status").corners;
+  data_.show_force = true;
+  draw({1000, 700});
+  EXPECT_NE(listOf("force"), nullptr);
+  EXPECT_GT(written("status").corners, corners + 6 * 20);
 }
 
 TEST_F(Panels, MessagesEndBeforeTheMinimapAndTheScaleBar) {

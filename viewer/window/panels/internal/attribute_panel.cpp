@@ -18,7 +18,7 @@ void drawAttributes(const PanelData& d, PanelRequests& requests) {
                ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize |
                    ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_AlwaysAutoResize |
                    ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_NoNav);
-  ImGui::TextColored({0.6F, 0.63F, 0.69F, 1}, "colour by attribute");
+  writeIn(dim(), "colour by attribute");
   ImGui::SetNextItemWidth(-1);
   const std::string current = d.attribute.empty() ? "(none)" : fitted(d.attribute, static_cast<float>(width * 0.8));
   if (ImGui::BeginCombo("##attribute", current.c_str())) {
@@ -51,9 +51,9 @@ void drawAttributes(const PanelData& d, PanelRequests& requests) {
       const std::string count = formatCount(entry.cells);
       const float count_width = ImGui::CalcTextSize(count.c_str()).x;
       const auto right = static_cast<float>(at.x + ImGui::GetContentRegionAvail().x);
-      list.AddText(vec(at.x + 1.1 * line, at.y), entry.chosen ? kInk : kDim,
+      list.AddText(vec(at.x + 1.1 * line, at.y), entry.chosen ? ink() : dim(),
                    fitted(entry.value, right - at.x - 1.4F * line - count_width).c_str());
-      list.AddText(vec(right - count_width, at.y), kDim, count.c_str());
+      list.AddText(vec(right - count_width, at.y), dim(), count.c_str());
       ImGui::PopID();
     }
   }

@@ -50,7 +50,7 @@ struct HelpTable {
     for (const char* group : groups) {
       ImGui::TableNextRow();
       ImGui::TableNextColumn();
-      ImGui::TextColored({0.92F, 0.78F, 0.35F, 1}, "%s", group);
+      writeIn(gold(), group);
       for (const Binding& binding : bindings()) {
         if (std::strcmp(binding.group, group) != 0) continue;
         ImGui::TableNextRow();

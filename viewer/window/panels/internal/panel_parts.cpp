@@ -16,12 +16,12 @@ std::string bytesText(double n) {
 
 std::string lengthText(double um) {
   if (um >= 1000) return format("%.3g mm", um / 1000);
-  if (um >= 0.1) return format("%.4g um", um);
+  if (um >= 0.1) return format("%.4g \u00b5m", um);
   return format("%.3g nm", um * 1000);
 }
 
 void write(ImDrawList& list, const ImVec2& at, ImU32 colour, const std::string& text) {
-  const ImU32 shade = IM_COL32(0, 0, 0, 200);
+  const ImU32 shade = ground(200);
   for (const auto& [dx, dy] : {std::pair{1, 0}, std::pair{-1, 0}, std::pair{0, 1}, std::pair{0, -1}})
     list.AddText(vec(at.x + static_cast<float>(dx), at.y + static_cast<float>(dy)), shade, text.c_str());
   list.AddText(at, colour, text.c_str());

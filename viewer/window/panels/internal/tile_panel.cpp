@@ -64,7 +64,7 @@ void showTileCounts(const TilePanel& t, double scale) {
   row("evicted", counted(c.evictions, "tile"));
   row("waited", counted(t.frontiers, "tick") + " for tiles");
   ImGui::PushTextWrapPos(static_cast<float>(360 * scale));
-  for (const std::string& failure : t.failures) ImGui::TextColored({0.94F, 0.43F, 0.37F, 1}, "%s", failure.c_str());
+  for (const std::string& failure : t.failures) writeIn(red(), failure);
   ImGui::PopTextWrapPos();
 }
 
@@ -88,10 +88,9 @@ void showTileMap(const PanelData& d, const TilePanel& t) {
     if (box.state != TileState::absent) list.AddRectFilled(from, to, (colour & 0x00FFFFFFU) | 0x60000000U);
     list.AddRect(from, to, colour);
   }
-  list.AddCircleFilled(vec(at.x + map.x(d.proxy_W), at.y + map.y(d.proxy_W)), static_cast<float>(3 * d.scale), kInk);
+  list.AddCircleFilled(vec(at.x + map.x(d.proxy_W), at.y + map.y(d.proxy_W)), static_cast<float>(3 * d.scale), ink());
   ImGui::PushTextWrapPos(static_cast<float>(side));
-  ImGui::TextColored({0.6F, 0.63F, 0.69F, 1}, "%s nearest to the proxy, front view",
-                     counted(t.boxes.size(), "tile").c_str());
+  writeIn(dim(), counted(t.boxes.size(), "tile") + " nearest to the proxy, front view");
   ImGui::PopTextWrapPos();
 }
 

@@ -2,12 +2,15 @@
 
 #include "index/errors.h"
 
+#include <filesystem>
+
 namespace filiform::internal {
 
 KeptSettings::KeptSettings(bool reset, Messages& messages) {
   std::string warning;
   try {
     path_ = Settings::path();
+    first_ = !reset && !std::filesystem::exists(path_);
     if (!reset) now = Settings::load(path_, warning);
   } catch (const Error& error) {
     warning = error.what();

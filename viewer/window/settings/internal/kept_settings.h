@@ -15,12 +15,15 @@ class KeptSettings {
   KeptSettings(bool reset, Messages& messages);
 
   Settings now;
+  // There were no kept settings, and `reset` was not set.
+  bool isFirst() const { return first_; }
 
   // Saves the settings, unless they are as this object saved them before. No effect without a path. Throws IoError.
   void save();
 
  private:
   std::string path_;  // empty: none
+  bool first_ = false;
   std::optional<Settings> saved_;
 };
 

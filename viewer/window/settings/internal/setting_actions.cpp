@@ -41,9 +41,6 @@ bool changeSetting(Action action, bool has_quad_buffer, Settings& settings, Mess
     case Action::panel_tiles:
       settings.show_tiles = !settings.show_tiles;
       return true;
-    case Action::panel_force:
-      settings.show_force = !settings.show_force;
-      return true;
     case Action::panel_minimap:
       settings.show_minimap = !settings.show_minimap;
       return true;

@@ -14,7 +14,7 @@ bool PathMeasure::isBehind(const ProxyPlace& to) const { return from_ && to.vali
 void PathMeasure::measure(const ProxyPlace& to, const CellWalk& walk) {
   to_ = to;
   path_um_.reset();
-  const std::string straight = format("%.2f um straight", (to.p_W - from_->p_W).norm());
+  const std::string straight = format("%.2f \u00b5m straight", (to.p_W - from_->p_W).norm());
   text_.clear();
   if (from_->segment.cell != to.segment.cell) {
     text_ += straight;
@@ -23,7 +23,7 @@ void PathMeasure::measure(const ProxyPlace& to, const CellWalk& walk) {
   }
   const auto a = walk.spotOf(*from_), b = walk.spotOf(to);
   if (a && b) path_um_ = walk.paths().length_um(*a, *b);
-  if (path_um_) text_ += format("%.2f um along the path, ", *path_um_);
+  if (path_um_) text_ += format("%.2f \u00b5m along the path, ", *path_um_);
   text_ += straight;
   if (!path_um_) text_ += ", no path";
 }

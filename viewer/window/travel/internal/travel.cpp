@@ -348,7 +348,7 @@ void Travel::describeAlong(const RayQuery& ray, std::function<void(std::string)>
           text += std::to_string(ids[segment.segment]);
         }
         const Vector3d& p = picked->place.p_W;
-        text += format("\n%.2f %.2f %.2f um", p.x(), p.y(), p.z());
+        text += format("\n%.2f %.2f %.2f \u00b5m", p.x(), p.y(), p.z());
       }
     } catch (const std::exception& error) {
       text = error.what();
