@@ -65,6 +65,15 @@ std::vector<std::uint32_t> legendPlacesOf(const TileSet& set, const CellAttribut
 
 }  // namespace
 
+const std::vector<CellColours::Entry>& legendOfTypes() {
+  static const std::vector<CellColours::Entry> kLegend{{"soma", colourOfType(1)},
+                                                       {"axon", colourOfType(2)},
+                                                       {"basal dendrite", colourOfType(3)},
+                                                       {"apical dendrite", colourOfType(4)},
+                                                       {"other", colourOfType(0)}};
+  return kLegend;
+}
+
 std::shared_ptr<const CellColours> coloursByAttribute(const TileSet& set, const CellAttributes& attributes,
                                                       const std::string& attribute,
                                                       const std::optional<std::vector<std::uint32_t>>& only,

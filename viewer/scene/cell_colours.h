@@ -16,7 +16,7 @@ struct CellColours {
   struct Entry {
     std::string value;  // of the attribute, as text; "(none)" for cells without one; a range for a ramp
     Rgba colour;
-    std::uint64_t cells = 0;  // at least one, of those in `only`
+    std::uint64_t cells = 0;  // at least one, of those in `only`; 0: not counted
     bool chosen = true;
   };
   std::string attribute;  // empty: cells have their own colours, and only the selection counts
@@ -26,6 +26,9 @@ struct CellColours {
 
 inline constexpr Rgba kUnchosenCell{58, 62, 70};      // of cells that are not selected
 inline constexpr std::size_t kMostNumberValues = 12;  // more numbers than these share the steps of the ramp
+
+// The legend of ColourBy::type.
+const std::vector<CellColours::Entry>& legendOfTypes();
 
 // The colours of all cells by the attribute. Texts get a colour each. Numbers get a ramp from the lowest to the highest,
 // many different ones in eight steps. `only`, ascending ids: these cells are selected and counted in the legend, and

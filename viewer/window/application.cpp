@@ -359,6 +359,7 @@ class Application::Impl {
     d.size = window_.points();
     d.scale = window_.scale() / window_.pixelsPerPoint();
     scene_->fill(d, d.size);
+    if (d.attribute.empty() && settings_.colouring == ColourBy::type) d.legend = &legendOfTypes();
     if (settings_.stereo != StereoMode::mono)
       d.stereo = std::string(toString(settings_.stereo)) + format(", separation %.1f", settings_.separation);
     d.messages = messages_.shown();

@@ -68,7 +68,7 @@ struct PanelData {
   std::vector<Vector3d> visited_W, bookmarks_W;
   std::vector<std::string> bookmark_names;
 
-  // Of cells. Names: none without attributes. Legend: of the attribute that gives the colours; nullptr: none does.
+  // Of cells. Names: none without attributes. Legend: of the attribute or types that give the colours; nullptr: none.
   std::vector<std::string> attribute_names;
   std::string attribute, selection;  // selection: the condition that selects cells
   const std::vector<CellColours::Entry>* legend = nullptr;

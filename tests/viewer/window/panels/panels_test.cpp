@@ -121,6 +121,14 @@ TEST_F(Panels, LongNamesEndBeforeTheNextPanelAndAreWholeUnderThePointer) {
   EXPECT_TRUE(written("##Tooltip_00").inside);
 }
 
+TEST_F(Panels, TypesHaveALegendWithoutAttributesToo) {
+  draw({1000, 700});
+  EXPECT_EQ(listOf("attributes"), nullptr);
+  data_.legend = &legendOfTypes();
+  draw({1000, 700});
+  EXPECT_GT(written("attributes").corners, 6 * 40);
+}
+
 TEST_F(Panels, ForceAndHandAreShownOnDemand) {
   const std::vector<float> forces(100, 1);
   data_.forces_N = &forces;

@@ -8,20 +8,21 @@
 namespace filiform::internal {
 
 void drawAttributes(const PanelData& d, PanelRequests& requests) {
-  if (d.attribute_names.empty() || d.size.width < 480 * d.scale || d.size.height < 300 * d.scale) return;
+  const bool has_attributes = !d.attribute_names.empty();
+  if ((!has_attributes && d.legend == nullptr) || d.size.width < 480 * d.scale || d.size.height < 300 * d.scale) return;
   const double width = 220 * d.scale;
-  const double below_force = std::max(d.size.height * 0.22, 145 * d.scale);
-  ImGui::SetNextWindowPos(vec(d.size.width - 10 * d.scale, below_force), ImGuiCond_Always, vec(1, 0));
+  const double top = d.show_force ? std::max(d.size.height * 0.22, 145 * d.scale) : 10 * d.scale;
+  ImGui::SetNextWindowPos(vec(d.size.width - 10 * d.scale, top), ImGuiCond_Always, vec(1, 0));
   ImGui::SetNextWindowSizeConstraints(vec(width, 0), vec(width, d.size.height * 0.5));
   ImGui::SetNextWindowBgAlpha(kPanelAlpha);
   ImGui::Begin("attributes", nullptr,
                ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize |
                    ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_AlwaysAutoResize |
                    ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_NoNav);
-  writeIn(dim(), "colour by attribute");
+  writeIn(dim(), d.legend != nullptr && d.attribute.empty() ? "coloured by type" : "colour by attribute");
   ImGui::SetNextItemWidth(-1);
   const std::string current = d.attribute.empty() ? "(none)" : fitted(d.attribute, static_cast<float>(width * 0.8));
-  if (ImGui::BeginCombo("##attribute", current.c_str())) {
+  if (has_attributes && ImGui::BeginCombo("##attribute", current.c_str())) {
     if (ImGui::Selectable("(none)", d.attribute.empty())) requests.attribute = "";
     for (std::size_t i = 0; i < d.attribute_names.size(); ++i) {
       ImGui::PushID(static_cast<int>(i));
@@ -48,7 +49,7 @@ void drawAttributes(const PanelData& d, PanelRequests& requests) {
       const Rgba c = entry.chosen ? entry.colour : kUnchosenCell;
       list.AddRectFilled(vec(at.x, at.y + 0.15 * line), vec(at.x + 0.8 * line, at.y + 0.85 * line),
                          IM_COL32(c.r, c.g, c.b, 255));
-      const std::string count = formatCount(entry.cells);
+      const std::string count = entry.cells > 0 ? formatCount(entry.cells) : std::string();
       const float count_width = ImGui::CalcTextSize(count.c_str()).x;
       const auto right = static_cast<float>(at.x + ImGui::GetContentRegionAvail().x);
       list.AddText(vec(at.x + 1.1 * line, at.y), entry.chosen ? ink() : dim(),
