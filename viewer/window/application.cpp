@@ -81,7 +81,12 @@ class Application::Impl {
     const bool rests = begin_s - changed_s_ > kSettled_s;
     const std::vector<InputEvent> events = window_.poll(busy_ ? kBusyWait_s : rests ? kRestWait_s : kWait_s);
     const double polled_s = window_.now_s();
-    if (!events.empty()) changed_s_ = polled_s;
+    if (!events.empty()) {
+      changed_s_ = polled_s;
+      // Events that end a wait come now; others came in the frame before, at its begin at the earliest.
+      if (asked_s_ < 0 && presented_ > 0) asked_s_ = polled_s - begin_s > 2 * kBusyWait_s ? polled_s : polled_s_;
+    }
+    polled_s_ = polled_s;
     for (const InputEvent& event : events) handle(event);
     finishOpening();
     for (const std::string& failure : closing_.takeFailures()) say(failure);
@@ -92,6 +97,7 @@ class Application::Impl {
       blank();
     if (window_.now_s() - last_state_s_ > kSaveState_s) writeState();
     frame_ms_ += 0.1 * (1000 * (window_.now_s() - begin_s) - frame_ms_);
+    if (!busy_) asked_s_ = -1;  // the events change nothing that is shown
     if (scene_ && presented_ > 0) longest_ms_ = std::max(longest_ms_, 1000 * (window_.now_s() - polled_s));
     ++frames_;
     return true;
@@ -282,6 +288,8 @@ class Application::Impl {
     window_.show();
     ++presented_;
     changed_s_ = window_.now_s();
+    if (asked_s_ >= 0 && !(scene_ && scene_->figures().drawing))
+      longest_answer_ms_ = std::max(longest_answer_ms_, 1000 * (changed_s_ - std::exchange(asked_s_, -1)));
   }
 
   void drawScene() {
@@ -359,7 +367,7 @@ class Application::Impl {
     d.size = window_.points();
     d.scale = window_.scale() / window_.pixelsPerPoint();
     scene_->fill(d, d.size);
-    if (d.attribute.empty() && settings_.colouring == ColourBy::type) d.legend = &legendOfTypes();
+    if (d.legend == nullptr && settings_.colouring == ColourBy::type) d.legend = &legendOfTypes();
     if (settings_.stereo != StereoMode::mono)
       d.stereo = std::string(toString(settings_.stereo)) + format(", separation %.1f", settings_.separation);
     d.messages = messages_.shown();
@@ -398,6 +406,7 @@ class Application::Impl {
                                 {"presented", presented_},
                                 {"pictures_drawn", pictures_},
                                 {"longest_frame_ms", longest_ms_},
+                                {"longest_answer_ms", longest_answer_ms_},
                                 {"frame_ms", frame_ms_},
                                 {"ended", ended_},
                                 {"open", scene_ != nullptr},
@@ -447,10 +456,11 @@ class Application::Impl {
   std::set<std::string> told_failures_;
 
   StateFile state_file_;
-  double last_state_s_ = -1, last_blank_s_ = -1, frame_ms_ = 0, longest_ms_ = 0;
+  double last_state_s_ = -1, last_blank_s_ = -1, frame_ms_ = 0, longest_ms_ = 0, longest_answer_ms_ = 0;
   double entered_s_ = 0;  // the first scene
   double changed_s_ = 0;  // the last event or presented frame
   double greets_until_s_ = 0;
+  double polled_s_ = 0, asked_s_ = -1;  // the last poll; the earliest time of events that no frame shows yet, -1: none
   std::uint64_t frames_ = 0, presented_ = 0, pictures_ = 0;
 
   // Destroyed from the last to the first: each may use the ones before it.

@@ -19,7 +19,7 @@ void drawAttributes(const PanelData& d, PanelRequests& requests) {
                ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize |
                    ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_AlwaysAutoResize |
                    ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_NoNav);
-  writeIn(dim(), d.legend != nullptr && d.attribute.empty() ? "coloured by type" : "colour by attribute");
+  writeIn(dim(), has_attributes ? "colour by attribute" : "coloured by type");
   ImGui::SetNextItemWidth(-1);
   const std::string current = d.attribute.empty() ? "(none)" : fitted(d.attribute, static_cast<float>(width * 0.8));
   if (has_attributes && ImGui::BeginCombo("##attribute", current.c_str())) {
