@@ -30,10 +30,10 @@ inline constexpr std::size_t kMostNumberValues = 12;  // more numbers than these
 // The legend of ColourBy::type.
 const std::vector<CellColours::Entry>& legendOfTypes();
 
-// The colours of all cells by the attribute. Texts get a colour each. Numbers get a ramp from the lowest to the highest,
-// many different ones in eight steps. `only`, ascending ids: these cells are selected and counted in the legend, and
-// others get kUnchosenCell. `values`: only cells with one of these values of the legend are selected.
-// An empty attribute gives each cell its own colour. Throws UsageError for an unknown attribute, CorruptSet, IoError.
+// The colours of all cells by the attribute. Texts get a colour each. Numbers get a ramp from the lowest to the
+// highest, many different ones in eight steps. `only`, ascending ids: these cells are selected and counted in the
+// legend, and others get kUnchosenCell. `values`: only cells with one of these values of the legend are selected. An
+// empty attribute gives each cell its own colour. Throws UsageError for an unknown attribute, CorruptSet, IoError.
 // O(cells log values).
 std::shared_ptr<const CellColours> coloursByAttribute(const TileSet& set, const CellAttributes& attributes,
                                                       const std::string& attribute,
