@@ -26,6 +26,8 @@ struct RenderOptions {
   // Fading: neurites get thinner from depth `clear_begin_um` towards the eye, to nothing at `clear_end_um`.
   double clear_end_um = -2, clear_begin_um = -1;
   double halo_px = 2;  // width of halos; 0: none
+  // Segments of highlighted cells, at most: the thickest of each place.
+  std::uint64_t most_highlighted = UINT64_MAX;
   // Eye-dome lighting: a point this far or farther behind its neighbour on the screen is darkest; 0: none.
   double shade_um = 0;
 };

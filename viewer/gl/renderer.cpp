@@ -345,7 +345,7 @@ RenderFigures Renderer::Impl::start(const std::array<EyeView, 2>& views, const R
   RenderFigures figures;
   for (std::size_t eye = 0; eye < job.eyes; ++eye) {
     const RenderFigures listed = listPieces(views[eye], {job.eye_size.width * samples, job.eye_size.height * samples},
-                                            samples, batches, job.pieces[eye]);
+                                            samples, options.most_highlighted, batches, job.pieces[eye]);
     if (eye == 0) figures = listed;
     for (const Piece& piece : job.pieces[eye]) job.all_segments += piece.count;
   }

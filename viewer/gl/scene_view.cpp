@@ -21,6 +21,8 @@ using internal::Signature;
 
 // Dims the other cells where one is highlighted.
 constexpr double kReceding = 0.7;
+// In motion, of the budget.
+constexpr std::uint64_t kOwnPart = 4;
 // Between two pictures of the same view that differ in the detail of their tiles alone, unless the last one is
 // complete.
 constexpr double kRefine_s = 1;
@@ -188,6 +190,7 @@ void SceneView::Impl::prepare(const SceneFrame& f, bool whole) {
              .samples = moving ? f.budget.moving_samples : f.budget.samples,
              .background = f.background};
   if (f.cell) options.dim = kReceding;
+  if (moving) options.most_highlighted = f.budget.moving_segments / kOwnPart;
   const DepthRange range = fitDepths(f);
   double ratio = 0;
   if (f.stereo != StereoMode::mono) {

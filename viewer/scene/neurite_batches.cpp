@@ -251,10 +251,10 @@ bool isBall(const DrawnSegment& segment) noexcept {
   return std::equal(segment.a_um, segment.a_um + 3, segment.b_um) && segment.a_radius_um == segment.b_radius_um;
 }
 
-void cutIntoBlocks(NeuriteBatch& batch) {
+void cutIntoBlocks(NeuriteBatch& batch, std::size_t most_segments) {
   using Place = std::vector<DrawnSegment>::iterator;
   batch.blocks.clear();
-  if (batch.segments.size() <= kBlockSegments) return;
+  if (batch.segments.size() <= most_segments) return;
   const auto boxOf = [](Place begin, Place end, double room_um) {
     Eigen::AlignedBox<double, 3> box;
     for (Place s = begin; s != end; ++s) {
@@ -267,7 +267,7 @@ void cutIntoBlocks(NeuriteBatch& batch) {
     return box;
   };
   const auto cut = [&](const auto& self, Place begin, Place end) -> void {
-    if (static_cast<std::size_t>(end - begin) <= kBlockSegments) {
+    if (static_cast<std::size_t>(end - begin) <= most_segments) {
       const Eigen::AlignedBox<double, 3> box = boxOf(begin, end, batch.pixel_um);
       batch.blocks.push_back({static_cast<std::size_t>(end - batch.segments.begin()), batch.origin_W + box.min(),
                               batch.origin_W + box.max()});

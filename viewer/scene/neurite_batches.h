@@ -74,10 +74,10 @@ void append(NeuriteBatch& batch, const NeuriteBatch& more);
 // A segment from a place to itself.
 bool isBall(const DrawnSegment& segment) noexcept;
 
-// Cuts a batch of more than kBlockSegments into blocks of at most so many, by halves along the longest side.
+// Cuts a batch of more than `most_segments` into blocks of at most so many, by halves along the longest side.
 // O(n log n).
 inline constexpr std::size_t kBlockSegments = 2048;
-void cutIntoBlocks(NeuriteBatch& batch);
+void cutIntoBlocks(NeuriteBatch& batch, std::size_t most_segments = kBlockSegments);
 
 // Sorts each block into the order that the renderer needs: balls, then the others, each by the larger radius, falling.
 // Stable, O(n log n). The check is O(n).

@@ -160,6 +160,21 @@ TEST_F(Renderers, APictureDrawnInPartsIsTheOneDrawnAtOnce) {
   }
 }
 
+TEST_F(Renderers, OfALargeHighlightTheThickestSegmentsAreDrawn) {
+  NeuriteBatch batch;
+  for (int i = 0; i < 1000; ++i) {
+    const double x = i % 40, y = i / 40, r = i % 10 == 0 ? 2 : 0.01;
+    append(batch, neurites({{x, y, 0, r, x + 1, y, 0, r}}, kGreen, Vector3d::Zero()));
+  }
+  cutIntoBlocks(batch);
+  renderer_.put(1, batch, Layer::highlight);
+  draw(camera_);
+  EXPECT_EQ(figures_.cones + figures_.lines, 1000u);
+  draw(camera_, {.most_highlighted = 100});
+  EXPECT_EQ(figures_.cones, 100u);
+  EXPECT_EQ(figures_.lines, 0u);
+}
+
 // Each cone covers the whole picture: a part of many such cones would take seconds.
 TEST_F(Renderers, APartOfAPictureIsNoLongerThanItsTime) {
   NeuriteBatch batch = neurites({{-300, 0, 0, 40, 300, 0, 0, 40}}, kRed, Vector3d::Zero());

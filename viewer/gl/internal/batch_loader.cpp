@@ -23,6 +23,9 @@ constexpr std::size_t kMostReady = 64;
 // From a set at an address, the tiles of this many jobs are read at once.
 constexpr std::size_t kReadAhead = 16;
 
+// Segments of a block of a cell: the eye may be inside the cell, and segments of the eye's own blocks are cones.
+constexpr std::size_t kCellBlock = 256;
+
 struct ReadTile {
   std::shared_ptr<const Tile> tile;
   TileAppearance appearance;
@@ -190,7 +193,8 @@ NeuriteBatch BatchLoader::Impl::load(const TileJob& job) {
     batch = makeBatch(*tile, appearance, options);
     if (job.level) batch.pixel_um = levels->entry(job.tile).pixel_um;
   }
-  if (job.level || job.whole_cell != UINT32_MAX) cutIntoBlocks(batch);
+  if (job.level) cutIntoBlocks(batch);
+  if (job.whole_cell != UINT32_MAX) cutIntoBlocks(batch, kCellBlock);
   sortForDrawing(batch);
   return batch;
 }

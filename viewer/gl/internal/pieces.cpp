@@ -1,6 +1,7 @@
 #include "viewer/gl/internal/pieces.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace filiform::internal {
 
@@ -14,7 +15,7 @@ constexpr double kFlatBall_px = 6;
 
 }  // namespace
 
-RenderFigures listPieces(const EyeView& view, const PictureSize& size, int samples,
+RenderFigures listPieces(const EyeView& view, const PictureSize& size, int samples, std::uint64_t most_highlighted,
                          std::map<BatchId, CardBatch>& batches, std::vector<Piece>& pieces) {
   const LevelView levels = levelView(view, size);
   RenderFigures figures;
@@ -36,12 +37,12 @@ RenderFigures listPieces(const EyeView& view, const PictureSize& size, int sampl
     figures.cones += neurites.back().cones - block.begin;
     figures.lines += block.end - neurites.back().cones;
   };
+  std::uint64_t highlighted = 0;
   const auto addHighlight = [&](CardBatch& batch, const CardBatch::Block& block) {
     const double um_px = block.distance_um(view.eye_W) / levels.pixels_per_rad;
     const std::size_t cones = batch.atLeastAsThickAs(block, kHighlightRadius_px * samples * um_px);
     highlights.push_back({&batch, &block, um_px, 0, cones, cones});
-    figures.cones += cones - block.begin;
-    figures.lines += block.end - cones;
+    highlighted += block.end - block.begin;
   };
   for (auto& [id, batch] : batches) {
     if (!batch.shown) continue;
@@ -62,9 +63,19 @@ RenderFigures listPieces(const EyeView& view, const PictureSize& size, int sampl
   const auto add = [&](Stage stage, From from, CardBatch* batch, std::size_t begin, std::size_t end) {
     if (begin < end) pieces.push_back({stage, from, batch, begin, end - begin});
   };
+  const double kept =
+      static_cast<double>(most_highlighted) / static_cast<double>(std::max<std::uint64_t>(highlighted, 1));
+  const auto endOf = [kept](const Part& p) {
+    const auto all = static_cast<double>(p.block->end - p.block->begin);
+    return p.block->begin + static_cast<std::size_t>(std::ceil(all * std::min(kept, 1.0)));
+  };
+  for (const Part& p : highlights) {
+    figures.cones += std::min(p.cones, endOf(p)) - p.block->begin;
+    figures.lines += endOf(p) - std::min(p.cones, endOf(p));
+  }
   const auto addHighlights = [&](Stage lines, Stage cones) {
-    for (const Part& p : highlights) add(lines, From::lines, p.batch, p.cones, p.block->end);
-    for (const Part& p : highlights) add(cones, From::cones, p.batch, p.block->begin, p.cones);
+    for (const Part& p : highlights) add(lines, From::lines, p.batch, p.cones, endOf(p));
+    for (const Part& p : highlights) add(cones, From::cones, p.batch, p.block->begin, std::min(p.cones, endOf(p)));
   };
   const auto addOverlays = [&](Stage stage) {
     for (CardBatch* const batch : overlays) add(stage, From::cones, batch, 0, batch->size());
