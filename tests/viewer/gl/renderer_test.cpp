@@ -179,7 +179,7 @@ TEST_F(Renderers, AHighlightCoversItsDimmedCopy) {
     renderer_.remove(1);
     if (dimmed_copy) renderer_.put(1, cell);
     renderer_.put(2, cell, Layer::highlight);
-    const Picture picture = draw(camera_, {.halo_px = 0, .dim = 0.9});
+    const Picture picture = draw(camera_, {.dim = 0.9, .halo_px = 0});
     double sum = 0;
     for (std::size_t at = 0; at < picture.rgb.size(); at += 3) sum += picture.rgb[at];
     return sum;
