@@ -110,8 +110,9 @@ void drawScaleBar(const PanelData& d) {
   list.AddLine(vec(left, y), vec(right, y), ink(), thick);
   list.AddLine(vec(left, y - 5 * d.scale), vec(left, y + 5 * d.scale), ink(), thick);
   list.AddLine(vec(right, y - 5 * d.scale), vec(right, y + 5 * d.scale), ink(), thick);
-  const ImVec2 size = ImGui::CalcTextSize(bar.text.c_str());
-  write(list, vec((left + right - size.x) / 2, y - 8 * d.scale - size.y), ink(), bar.text);
+  const std::string text = lengthText(bar.length_um);
+  const ImVec2 size = ImGui::CalcTextSize(text.c_str());
+  write(list, vec((left + right - size.x) / 2, y - 8 * d.scale - size.y), ink(), text);
 }
 
 // In the overview a proxy is too small to be seen: a ring and a word show its place.
