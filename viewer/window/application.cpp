@@ -51,9 +51,9 @@ constexpr double kBusyWait_s = 0.001, kWait_s = 0.015, kRestWait_s = 0.05, kSett
 // The hint of the first start, until this long after the first action.
 constexpr double kGreets_s = 20;
 constexpr const char* kGreeting =
-    "double click a neurite to go there, or / to go to a cell; o shows the scene, and goes back\n"
-    "drag with the right button to pull the white proxy along its neurite; t travels by itself\n"
-    "drag to turn, wheel to zoom; h shows all keys";
+    "double click: go to a neurite    /: go to a cell    o: inside, and back\n"
+    "right drag: pull the proxy along its neurite    t: it travels by itself\n"
+    "drag: turn    wheel: zoom    h: all keys and mouse";
 
 }  // namespace
 
