@@ -226,7 +226,8 @@ void SceneView::Impl::putOverlays(const SceneFrame& f) {
   };
   put(kWorkspaceBoxes, f.workspace != nullptr, [&] { return workspaceBatch(*f.workspace, 1.6 * um_px); });
   const std::optional<Vector3d>& proxy_W = motion.proxy_W();
-  put(kProxyBall, proxy_W.has_value(), [&] { return proxyBatch(*proxy_W, 7 * um_px); });
+  const Rgba& proxy = f.background == groundOf(Theme::light) ? kProxyOnLightColour : kProxyColour;
+  put(kProxyBall, proxy_W.has_value(), [&] { return proxyBatch(*proxy_W, 7 * um_px, proxy); });
   put(kCompanionBall, f.companion_W.has_value(),
       [&] { return proxyBatch(*f.companion_W, 7 * um_px, kCompanionColour); });
   put(kStylusShaft, f.stylus.has_value(), [&] { return stylusBatch(*f.stylus, 90 * um_px); });

@@ -7,7 +7,8 @@
 namespace filiform {
 
 inline constexpr Rgba kDynamicColour{120, 135, 160, 255}, kStaticColour{235, 200, 90, 255},
-    kProxyColour{255, 255, 255, 255}, kCompanionColour{215, 140, 255, 255}, kStylusColour{190, 200, 215, 255};
+    kProxyColour{255, 255, 255, 255}, kProxyOnLightColour{40, 44, 52, 255}, kCompanionColour{215, 140, 255, 255},
+    kStylusColour{190, 200, 215, 255};
 
 // The edges of the device's box (the outer rim of the dynamic region) and of the static region inside, `line_um` thick.
 NeuriteBatch workspaceBatch(const Workspace& workspace, double line_um);

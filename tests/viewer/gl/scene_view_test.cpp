@@ -407,6 +407,20 @@ TEST_F(SceneViews, APictureInPartsEndsAtTheOneDrawnAtOnceUnlessTheViewChanges) {
   EXPECT_FALSE(scene.draw(frame).redrawn);
 }
 
+TEST_F(SceneViews, AnotherThemeChangesTheGroundAndTheProxy) {
+  SceneView scene(*store_, nullptr, renderer_);
+  SceneFrame frame = frameOf(scene);
+  frame.proxy_W = frame.camera.focus_W();
+  settle(scene, frame);
+  const auto brightness = [&](int x, int y) { return static_cast<int>(test::colourAt(renderer_.read(), x, y).g); };
+  EXPECT_EQ(brightness(2, 2), groundOf(Theme::dark).g);
+  EXPECT_GT(brightness(80, 50), 120);
+  frame.background = groundOf(Theme::light);
+  EXPECT_TRUE(scene.draw(frame).redrawn);
+  EXPECT_EQ(brightness(2, 2), groundOf(Theme::light).g);
+  EXPECT_LT(brightness(80, 50), 120);
+}
+
 // A picture in motion that takes longer than its part says how long it would take, and a new view abandons it.
 TEST_F(SceneViews, ALatePictureInMotionGivesWayToANewView) {
   SceneView scene(*set_, levels_.get(), renderer_);
