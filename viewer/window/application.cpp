@@ -48,6 +48,8 @@ constexpr double kBlank_s = 0.1;      // between two frames while no scene is op
 // Between two frames: while something is under way, otherwise, and once nothing has changed for kSettled_s.
 constexpr double kBusyWait_s = 0.001, kWait_s = 0.015, kRestWait_s = 0.05, kSettled_s = 0.5;
 
+// What a key or the mouse changes is shown by so many frames: the haptic loop takes commands between them.
+constexpr std::uint64_t kAnswered_frames = 4;
 // The hint of the first start, until this long after the first action.
 constexpr double kGreets_s = 20;
 constexpr const char* kGreeting =
@@ -84,7 +86,10 @@ class Application::Impl {
     if (!events.empty()) {
       changed_s_ = polled_s;
       // Events that end a wait come now; others came in the frame before, at its begin at the earliest.
-      if (asked_s_ < 0 && presented_ > 0) asked_s_ = polled_s - begin_s > 2 * kBusyWait_s ? polled_s : polled_s_;
+      if (asked_s_ < 0 && presented_ > 0) {
+        asked_s_ = polled_s - begin_s > 2 * kBusyWait_s ? polled_s : polled_s_;
+        asked_frame_ = frames_;
+      }
     }
     polled_s_ = polled_s;
     for (const InputEvent& event : events) handle(event);
@@ -97,7 +102,8 @@ class Application::Impl {
       blank();
     if (window_.now_s() - last_state_s_ > kSaveState_s) writeState();
     frame_ms_ += 0.1 * (1000 * (window_.now_s() - begin_s) - frame_ms_);
-    if (!busy_) asked_s_ = -1;  // the events change nothing that is shown
+    // Other events change nothing that is shown.
+    if (!isLate() && frames_ > asked_frame_ + kAnswered_frames) asked_s_ = -1;
     if (scene_ && presented_ > 0) longest_ms_ = std::max(longest_ms_, 1000 * (window_.now_s() - polled_s));
     ++frames_;
     return true;
@@ -281,6 +287,9 @@ class Application::Impl {
     serve(requests);
   }
 
+  // The picture of a new view is under way. One at rest shows the same view in more detail.
+  bool isLate() const { return scene_ && scene_->figures().drawing && scene_->figures().moving; }
+
   void present(bool picture_wanted) {
     renderer_.present(size_);
     window_.drawPanels();
@@ -288,9 +297,7 @@ class Application::Impl {
     window_.show();
     ++presented_;
     changed_s_ = window_.now_s();
-    // A picture at rest that is drawn in parts shows the same view in more detail.
-    const bool is_late = scene_ && scene_->figures().drawing && scene_->figures().moving;
-    if (asked_s_ >= 0 && !is_late)
+    if (asked_s_ >= 0 && !isLate())
       longest_answer_ms_ = std::max(longest_answer_ms_, 1000 * (changed_s_ - std::exchange(asked_s_, -1)));
   }
 
@@ -463,7 +470,7 @@ class Application::Impl {
   double changed_s_ = 0;  // the last event or presented frame
   double greets_until_s_ = 0;
   double polled_s_ = 0, asked_s_ = -1;  // the last poll; the earliest time of events that no frame shows yet, -1: none
-  std::uint64_t frames_ = 0, presented_ = 0, pictures_ = 0;
+  std::uint64_t frames_ = 0, presented_ = 0, pictures_ = 0, asked_frame_ = 0;
 
   // Destroyed from the last to the first: each may use the ones before it.
   std::unique_ptr<OpenScene> scene_;
