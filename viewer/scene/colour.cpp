@@ -1,6 +1,5 @@
 #include "viewer/scene/colour.h"
 
-#include "index/errors.h"
 #include "index/text.h"
 
 #include <algorithm>

@@ -1,6 +1,8 @@
 // Colours of neurites and overlays. sRGB, 8 bits a channel. Pure functions.
 #pragma once
 
+#include "index/errors.h"
+
 #include <cstdint>
 #include <string>
 
