@@ -13,16 +13,15 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <mutex>
 #include <utility>
 
 namespace filiform {
 namespace {
 
-constexpr std::size_t kLeastPerThread = 64;  // fewest points of a batch a thread
-constexpr std::size_t kReadTogether = 4;     // tiles, from far away
-constexpr std::size_t kBatchTogether = 256;  // points of a batch whose tiles are read together, from far away
-constexpr std::size_t kPointTogether = 64;   // most tiles that one such point asks for at a time
+constexpr std::size_t kLeastPerThread = 64;   // fewest points of a batch a thread
+constexpr std::size_t kReadTogether = 4;      // tiles, from far away
+constexpr std::size_t kBatchTogether = 1024;  // points of a batch whose tiles are read together, from far away
+constexpr std::size_t kPointTogether = 64;    // most tiles that one such point asks for at a time
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 void checkQuery(const Vector3d& h_W, const NearestQuery& query) {
@@ -161,6 +160,7 @@ std::vector<TileId> PointSearch::foresee(std::size_t most) {
     else
       absent.push_back(tile);
   };
+  if (set.store.long_tile() != kNoTile) search(set.store.long_tile());
   const TileId at_home = home();
   if (at_home != kNoTile) {
     search(at_home);
@@ -199,45 +199,28 @@ void PointSearch::searchResident() {
   }
 }
 
-// The boxes that contain one of some points.
-struct PointsRegion final : Region {
-  std::span<const Vector3d> points;
-  std::span<const std::size_t> order;
-
-  PointsRegion(std::span<const Vector3d> p, std::span<const std::size_t> o) : points(p), order(o) {}
-  bool mayMeet(const WorldBox& box) const noexcept override {
-    return std::any_of(order.begin(), order.end(), [&](std::size_t i) {
-      return (points[i].array() >= box.lo_W.array()).all() && (points[i].array() <= box.hi_W.array()).all();
-    });
-  }
-};
-
-// Reads what the searches of these points will need, many tiles at once, in rounds: each point asks for the next tiles
-// that its search needs, twice as many as in the round before. Decides nothing: the searches read what is missing, and
-// report what cannot be read.
-void readBatchAhead(internal::SearchedSet& set, std::span<const Vector3d> points, std::span<const std::size_t> order,
-                    const NearestQuery& query, double limit2) {
+// Reads what the searches of the first of these points will need, many tiles at once, and returns the number of these
+// points. A point asks for the next tiles that its search needs, then for twice as many; other points do not wait for
+// it. Decides nothing: the searches read what is missing, and report what cannot be read.
+std::size_t readBatchAhead(internal::SearchedSet& set, std::span<const Vector3d> points,
+                           std::span<const std::size_t> order, const NearestQuery& query, double limit2) {
+  order = order.first(std::min(order.size(), kBatchTogether));
+  const std::size_t most_tiles = set.cache.mostAhead();
+  std::atomic<std::size_t> tiles{0}, end{order.size()};
   try {
-    // Where pages are missing, walks wait for others too.
-    const unsigned threads = set.finder.readPages(PointsRegion(points, order)) ? readsAtOnce(set.store) : 1;
-    std::vector<TileId> tiles;  // the first that are needed come first
-    if (set.store.long_tile() != kNoTile) tiles.push_back(set.store.long_tile());
-    std::vector<char> is_done(order.size());
-    std::mutex mutex;
-    for (std::size_t most = 2; most <= kPointTogether; most *= 2) {
-      const std::size_t before = tiles.size();
-      runItems(order.size(), threads, [&](std::size_t i) {
-        if (is_done[i] != 0) return;
+    runItems(order.size(), mostReadThreads(), [&](std::size_t i) {
+      for (std::size_t most = 2; most <= kPointTogether; most *= 2) {
+        if (i >= end) return;
         const std::vector<TileId> absent =
             PointSearch{set, points[order[i]], Candidates(query.k, query.epsilon, limit2)}.foresee(most);
-        is_done[i] = absent.empty();
-        const std::lock_guard lock(mutex);
-        tiles.insert(tiles.end(), absent.begin(), absent.end());
-      });
-      if (tiles.size() == before || !set.cache.readAhead(tiles)) return;
-    }
+        if (absent.empty()) return;
+        if ((tiles += absent.size()) <= most_tiles && set.cache.readAhead(absent)) continue;
+        for (std::size_t before = end; i < before && !end.compare_exchange_weak(before, i);) continue;
+      }
+    });
   } catch (const Error&) {
   }
+  return std::max<std::size_t>(end, 1);
 }
 
 }  // namespace
@@ -300,9 +283,9 @@ void Nearest::forEach(std::span<const Vector3d> points, const NearestQuery& quer
   runWorkers(parts, [&](unsigned, const std::atomic<bool>& failed) {
     for (std::size_t part; !failed && (part = next.fetch_add(1)) < parts;) {
       const std::size_t begin = order.size() * part / parts, end = order.size() * (part + 1) / parts;
-      for (std::size_t i = begin; i < end && !failed; ++i) {
-        if (reads_ahead && (i - begin) % kBatchTogether == 0)
-          readBatchAhead(*set_, points, std::span(order).subspan(i, std::min(kBatchTogether, end - i)), query, limit2);
+      for (std::size_t i = begin, next_ahead = begin; i < end && !failed; ++i) {
+        if (reads_ahead && i == next_ahead)
+          next_ahead += readBatchAhead(*set_, points, std::span(order).subspan(i, end - i), query, limit2);
         visit(order[i], find(points[order[i]], query));
       }
     }

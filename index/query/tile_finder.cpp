@@ -155,9 +155,9 @@ std::vector<TileFinder::Hit> TileFinder::within(const Vector3d& h_W, double squa
   return hits;
 }
 
-bool TileFinder::readPages(const Region& region) const {
+void TileFinder::readPages(const Region& region) const {
   const TileStore& store = impl_->store;
-  if (!store.isRemote() || impl_->open().scanned) return false;
+  if (!store.isRemote() || impl_->open().scanned) return;
   const auto meets = [&](const GridBox& content) { return !content.empty() && region.mayMeet(impl_->box(content)); };
   std::vector<std::uint32_t> groups, new_groups, pages;
   for (std::uint32_t group = 0; group < impl_->group_count; ++group) {
@@ -172,7 +172,6 @@ bool TileFinder::readPages(const Region& region) const {
       if (impl_->page[page].known() == nullptr && meets(store.pageContent(page))) pages.push_back(page);
   }
   runItems(pages.size(), readsAtOnce(store), [&](std::size_t i) { impl_->pageNode(pages[i]); });
-  return !new_groups.empty() || !pages.empty();
 }
 
 std::vector<std::pair<TileId, WorldBox>> TileFinder::meeting(const Region& region) const {

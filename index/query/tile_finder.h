@@ -46,8 +46,8 @@ class TileFinder {
   // hits log hits).
   std::vector<std::pair<TileId, WorldBox>> meeting(const Region& region) const;
   // From a set at an address, enters the groups and pages that meeting() enters, many at once, as meeting() does.
-  // Returns true if one was entered for the first time; false for a set in a folder.
-  bool readPages(const Region& region) const;
+  // Does nothing for a set in a folder.
+  void readPages(const Region& region) const;
 
   // Returns tiles with content one by one, nearest first, ties by id. Requires finite h_W. The TileFinder must outlive
   // it. Thread rule: thread-compatible.

@@ -3,14 +3,15 @@
 #pragma once
 
 #include "index/errors.h"
+#include "index/file/future_read.h"
 #include "index/set/reads_at_once.h"
 #include "index/set/tile_store.h"
 #include "index/tile/tile_engine.h"
-#include "index/workers.h"
 
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <condition_variable>
 #include <cstdint>
 #include <deque>
 #include <iterator>
@@ -106,32 +107,46 @@ class TileCache {
     return lease;
   }
 
-  // Reads those of the tiles that are not here, many at once; none if only one is missing. They count as read when
-  // get() takes them, so that results do not depend on where the set is. Until then they take at most half of the
-  // budget, or the space of kLeastAhead tiles: of a longer list, the first are read. Returns false if a read failed;
-  // get() tries it again.
+  // Reads those of the tiles that are not here, many at once, and waits for those that another thread reads. They count
+  // as read when get() takes them, so that results do not depend on where the set is. Until then they take at most half
+  // of the budget, or the space of kLeastAhead tiles: of a longer list, the first are read. Returns false if a read
+  // failed; get() tries it again.
   bool readAhead(std::span<const TileId> tiles) {
-    const std::size_t most = mostAhead();
-    std::unordered_set<TileId> wanted;
-    std::vector<TileId> absent;
+    std::vector<TileId> mine, others;
     {
       const std::lock_guard lock(mutex_);
+      std::unordered_set<TileId> wanted;
       for (const TileId tile : tiles) {
-        if (isHere(tile) || wanted.size() == most || !wanted.insert(tile).second) continue;
-        if (const auto at = ahead_places_.find(tile); at == ahead_places_.end())
-          absent.push_back(tile);
-        else
+        if (isHere(tile) || wanted.size() == mostAhead() || !wanted.insert(tile).second) continue;
+        if (const auto at = ahead_places_.find(tile); at != ahead_places_.end())
           ahead_.splice(ahead_.end(), ahead_, at->second);
+        else
+          (under_way_.insert(tile).second ? mine : others).push_back(tile);
       }
     }
-    if (absent.size() < 2) return true;
-    std::sort(absent.begin(), absent.end());
-    try {
-      runItems(absent.size(), mostReadThreads(), [&](std::size_t i) { keepAhead(load(absent[i])); });
-    } catch (const Error&) {
-      return false;
+    bool all = true;
+    {
+      const UnderWay landing{*this, mine};
+      std::sort(mine.begin(), mine.end());
+      std::vector<FutureRead<SearchTile>> reads;
+      for (const TileId tile : mine)
+        reads.emplace_back(mine.size() > 1 ? &readThreads() : nullptr, [this, tile] { return load(tile); });
+      for (FutureRead<SearchTile>& read : reads) {
+        try {
+          keepAhead(read.get());
+        } catch (const Error&) {
+          all = false;
+        }
+      }
     }
-    return true;
+    std::unique_lock lock(mutex_);
+    for (const TileId tile : others) arrived_.wait(lock, [&] { return !under_way_.contains(tile); });
+    return all;
+  }
+  // The most tiles that are kept between readAhead() and get().
+  std::size_t mostAhead() const {
+    const std::uint64_t a_tile = 1 + store_.decodedBytes() / std::max<std::uint64_t>(store_.tile_count(), 1);
+    return std::max<std::uint64_t>(kLeastAhead, budget_bytes_ / 2 / a_tile);
   }
 
   // The engine of a tile that is here or was read ahead, which stays where it is; nullptr: neither.
@@ -164,6 +179,17 @@ class TileCache {
   static constexpr TileId kPageSlots = 256;
   using Page = std::array<Slot, kPageSlots>;
 
+  // Tiles that readAhead() reads: until its destruction.
+  struct UnderWay {
+    TileCache& cache;
+    const std::vector<TileId>& tiles;
+    ~UnderWay() {
+      const std::lock_guard lock(cache.mutex_);
+      for (const TileId tile : tiles) cache.under_way_.erase(tile);
+      cache.arrived_.notify_all();
+    }
+  };
+
   // Null if no tile near it was ever here.
   Slot* slotOf(TileId tile) const {
     Page* const page = pages_[tile / kPageSlots].load(std::memory_order_acquire);
@@ -182,10 +208,6 @@ class TileCache {
     return read;
   }
 
-  std::size_t mostAhead() const {
-    const std::uint64_t a_tile = 1 + store_.decodedBytes() / std::max<std::uint64_t>(store_.tile_count(), 1);
-    return std::max<std::uint64_t>(kLeastAhead, budget_bytes_ / 2 / a_tile);
-  }
   void keepAhead(SearchTile&& read) {
     const TileId tile = read.tile->id();
     const std::lock_guard lock(mutex_);
@@ -238,6 +260,8 @@ class TileCache {
   std::list<SearchTile> ahead_;  // read ahead and not used yet, the oldest first
   std::unordered_map<TileId, std::list<SearchTile>::iterator> ahead_places_;
   std::uint64_t ahead_bytes_ = 0;
+  std::unordered_set<TileId> under_way_;  // by readAhead()
+  std::condition_variable arrived_;       // some of them
 };
 
 }  // namespace filiform::internal

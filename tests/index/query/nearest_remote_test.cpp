@@ -1,11 +1,13 @@
 // Exact searches in a set that is far away: the same results, in fewer rounds of reads.
 #include "index/ingest/ingest.h"
+#include "index/query/internal/tile_cache.h"
 #include "index/query/nearest.h"
 #include "index/set/tile_set.h"
 #include "tests/support/scenes/random_cells.h"
 #include "tests/support/scenes/slow_folder.h"
 #include "tests/support/temp_folder.h"
 
+#include <algorithm>
 #include <memory>
 #include <random>
 #include <utility>
@@ -125,6 +127,40 @@ TEST_P(ManyTilesAtOnceTest, TileThatFailsOnceIsReadAgain) {
   const_cast<test::SlowFolder*>(slow_)->fail_at = 10;
   const Vector3d corner_W = Vector3d::Constant(120);
   expectSame(nearby_.inBox(-corner_W, corner_W), far_away_.inBox(-corner_W, corner_W));
+}
+
+// Few rounds of reads, each waited for once. Tile by tile, there would be as many rounds as tiles. A thread that starts
+// late can make two rounds of one, so all bounds are doubled.
+class RoundsOfReadsTest : public NearestRemoteTest {
+ protected:
+  // Of `tiles` that are read kLeastAhead at a time; or first `first`, then twice as many each time.
+  static int most(std::uint32_t tiles, std::uint32_t first = internal::TileCache::kLeastAhead) {
+    int rounds = 0;
+    for (std::uint32_t done = 0; done < tiles; ++rounds, first = std::min<std::uint32_t>(2 * first, 64)) done += first;
+    return 2 * rounds;
+  }
+  int rounds() const { return slow_->rounds; }
+  const Nearest far_away_{*far_};
+};
+
+TEST_F(RoundsOfReadsTest, Box) {
+  const std::uint32_t tiles = far_away_.inBox(Vector3d::Constant(-120), Vector3d::Constant(120)).at(0).tiles_read;
+  ASSERT_GT(tiles, 100u);
+  EXPECT_LE(rounds(), most(tiles));
+}
+
+TEST_F(RoundsOfReadsTest, Ray) {
+  RayQuery ray{.origin_W = Vector3d(-400, 3, 5), .direction = Vector3d(1, .1, .05), .radius_um = 20, .most = 60};
+  const std::uint32_t tiles = far_away_.alongRay(ray).at(0).tiles_read;
+  ASSERT_GT(tiles, 16u);
+  EXPECT_LE(rounds(), most(tiles, 4));
+}
+
+// A point needs at most six rounds: 2, 4 .. 64 tiles. Meanwhile 64 points are under way.
+TEST_F(RoundsOfReadsTest, Batch) {
+  far_away_.findAll(places(44, 400), {.k = 2});
+  ASSERT_GT(slow_->reads, 100);
+  EXPECT_LE(rounds(), 2 * 6 + most(static_cast<std::uint32_t>(slow_->reads))) << "seed 44";
 }
 
 INSTANTIATE_TEST_SUITE_P(Memory, ManyTilesAtOnceTest, ::testing::Values(0, UINT64_MAX));
