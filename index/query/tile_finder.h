@@ -36,6 +36,8 @@ class TileFinder {
   // group and O(tiles of the page) for each page that it enters. Every member throws what the store throws when it
   // reads a page; the next call tries again.
   explicit TileFinder(const TileStore& store);
+  // Only these tiles, with content in these boxes instead of those of the directory. O(tiles).
+  TileFinder(const TileStore& store, std::vector<std::pair<TileId, WorldBox>> tiles);
   ~TileFinder();
 
   // All tiles with content whose box lies within `squared_bound` (um^2, closed) of h_W, nearest first, ties by id.

@@ -4,6 +4,7 @@
 
 #include "index/errors.h"
 #include "index/file/future_read.h"
+#include "index/query/internal/segment_sieve.h"
 #include "index/set/reads_at_once.h"
 #include "index/set/tile_store.h"
 #include "index/tile/tile_engine.h"
@@ -18,6 +19,7 @@
 #include <list>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <string>
 #include <unordered_map>
@@ -29,7 +31,9 @@ namespace filiform::internal {
 
 struct SearchTile {
   std::shared_ptr<const Tile> tile;
-  std::shared_ptr<const TileEngine> engine;
+  std::shared_ptr<const TileEngine> engine;         // over the wanted segments
+  std::shared_ptr<const TileEngine> ghosts;         // over ghosts that may be wanted; null: there are none
+  std::shared_ptr<const std::vector<bool>> wanted;  // by segment, of owned ones; null without a filter of types
   std::uint64_t bytes;
 };
 
@@ -43,9 +47,10 @@ class TileCache {
  public:
   static constexpr std::size_t kLeastAhead = 64;
 
-  // `engine`: see makeTileEngine().
-  TileCache(const TileStore& store, std::string engine, std::uint64_t budget_bytes)
+  // `engine`: see makeTileEngine(). The store and the sieve must outlive this object.
+  TileCache(const TileStore& store, const SegmentSieve& sieve, std::string engine, std::uint64_t budget_bytes)
       : store_(store),
+        sieve_(sieve),
         engine_(std::move(engine)),
         budget_bytes_(budget_bytes),
         pages_(store.tile_count() / kPageSlots + 1) {}
@@ -67,6 +72,7 @@ class TileCache {
     }
     explicit operator bool() const { return slot_ != nullptr; }
     const SearchTile* operator->() const { return tile_; }
+    const SearchTile& operator*() const { return *tile_; }
 
    private:
     friend class TileCache;
@@ -149,12 +155,15 @@ class TileCache {
     return std::max<std::uint64_t>(kLeastAhead, budget_bytes_ / 2 / a_tile);
   }
 
-  // The engine of a tile that is here or was read ahead, which stays where it is; nullptr: neither.
-  std::shared_ptr<const TileEngine> engineOf(TileId tile) {
-    if (const Lease here = find(tile)) return here->engine;
+  // Leaves all ghosts out of tiles that are read from now on. Call it before any tile is read.
+  void leaveGhostsOut() { with_ghosts_ = false; }
+
+  // A tile that is here or was read ahead, which stays where it is; nullopt: neither.
+  std::optional<SearchTile> peek(TileId tile) {
+    if (const Lease here = find(tile)) return *here.tile_;
     const std::lock_guard lock(mutex_);
     const auto at = ahead_places_.find(tile);
-    return at == ahead_places_.end() ? nullptr : at->second->engine;
+    return at == ahead_places_.end() ? std::nullopt : std::optional(*at->second);
   }
 
   bool isHere(TileId tile) const {
@@ -202,9 +211,24 @@ class TileCache {
   }
 
   SearchTile load(TileId tile) const {
-    SearchTile read{store_.loadToSearch(tile), nullptr, 0};
-    read.engine = makeTileEngine(engine_, read.tile);
-    read.bytes = read.tile->bytes() + read.engine->bytes();
+    if (sieve_.takesAll()) {
+      SearchTile read{store_.loadToSearch(tile), nullptr, nullptr, nullptr, 0};
+      read.engine = makeTileEngine(engine_, read.tile);
+      read.bytes = read.tile->bytes() + read.engine->bytes();
+      return read;
+    }
+    const bool looks = sieve_.ofTypes() && !sieve_.allTypesOf(store_.entry(tile));
+    FutureRead<TileAppearance> look(looks && store_.isRemote() ? &readThreads() : nullptr,
+                                    [this, tile] { return store_.loadAppearance(tile); });
+    SearchTile read{store_.loadToSearch(tile), nullptr, nullptr, nullptr, 0};
+    const TileAppearance types = looks ? look.get() : TileAppearance();
+    SegmentSieve::Sifted sifted = sieve_.sift(*read.tile, looks ? &types : nullptr, with_ghosts_);
+    const bool unsure = !sifted.unsure.empty();
+    read.engine = makeTileEngine(engine_, read.tile, std::move(sifted.sure));
+    if (unsure) read.ghosts = makeTileEngine(engine_, read.tile, std::move(sifted.unsure));
+    if (sieve_.ofTypes()) read.wanted = std::make_shared<const std::vector<bool>>(std::move(sifted.wanted));
+    read.bytes = read.tile->bytes() + read.engine->bytes() + (unsure ? read.ghosts->bytes() : 0) +
+                 read.tile->segment_count() / 8;
     return read;
   }
 
@@ -250,7 +274,9 @@ class TileCache {
   }
 
   const TileStore& store_;
+  const SegmentSieve& sieve_;
   const std::string engine_;
+  bool with_ghosts_ = true;
   const std::uint64_t budget_bytes_;
   std::vector<std::atomic<Page*>> pages_;
   mutable std::mutex mutex_;

@@ -11,6 +11,7 @@
 #include <memory>
 #include <random>
 #include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -20,7 +21,10 @@ namespace {
 class NearestRemoteTest : public ::testing::Test {
  protected:
   NearestRemoteTest() {
-    CellList cells(test::randomColumn(7, 20, 500, 300));
+    std::vector<Cell> column = test::randomColumn(7, 20, 500, 300);
+    for (Cell& cell : column)
+      for (std::size_t i = 0; i < cell.types.size(); i += 60) cell.types[i] = 7;
+    CellList cells(std::move(column));
     ingest(cells, folder_ / "a.fil", {.capacity = 64, .page_tiles = 64});
     near_ = TileSet::open(folder_ / "a.fil");
     auto source = std::make_unique<test::SlowFolder>(folder_ / "a.fil", true);
@@ -127,6 +131,23 @@ TEST_P(ManyTilesAtOnceTest, TileThatFailsOnceIsReadAgain) {
   const_cast<test::SlowFolder*>(slow_)->fail_at = 10;
   const Vector3d corner_W = Vector3d::Constant(120);
   expectSame(nearby_.inBox(-corner_W, corner_W), far_away_.inBox(-corner_W, corner_W));
+}
+
+TEST_P(ManyTilesAtOnceTest, Filters) {
+  const std::vector<std::uint32_t> one{3}, some{1, 4, 5, 9, 17};
+  for (const SegmentFilter& filter : {SegmentFilter{.cells = {}, .types = {7}}, SegmentFilter{.cells = one},
+                                      SegmentFilter{.cells = some}, SegmentFilter{.cells = some, .types = {7, 2}}}) {
+    NearestOptions options = options_;
+    options.filter = filter;
+    const Nearest nearby(*near_, options), far_away(*far_, options);
+    const std::vector<Vector3d> points = places(45, 80);
+    const auto found = far_away.findAll(points, {.k = 3}), expected = nearby.findAll(points, {.k = 3});
+    for (std::size_t i = 0; i < points.size(); ++i) expectSame(expected[i], found[i]);
+    const Vector3d corner_W = Vector3d::Constant(100);
+    expectSame(nearby.inBox(-corner_W, corner_W), far_away.inBox(-corner_W, corner_W));
+    const RayQuery ray{.origin_W = Vector3d(-400, 3, 5), .direction = Vector3d(1, .1, .05), .radius_um = 30, .most = 5};
+    expectSame(nearby.alongRay(ray), far_away.alongRay(ray));
+  }
 }
 
 // Few rounds of reads, each waited for once. Tile by tile, there would be as many rounds as tiles. A thread that starts
