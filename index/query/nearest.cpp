@@ -13,16 +13,15 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <mutex>
 #include <utility>
 
 namespace filiform {
 namespace {
 
-constexpr std::size_t kLeastPerThread = 64;  // fewest points of a batch a thread
-constexpr std::size_t kReadTogether = 4;     // tiles, from far away
-constexpr std::size_t kBatchTogether = 256;  // points of a batch whose tiles are read together, from far away
-constexpr std::size_t kPointTogether = 64;   // most tiles that one such point asks for at a time
+constexpr std::size_t kLeastPerThread = 64;   // fewest points of a batch a thread
+constexpr std::size_t kReadTogether = 4;      // tiles, from far away
+constexpr std::size_t kBatchTogether = 1024;  // points of a batch whose tiles are read together, from far away
+constexpr std::size_t kPointTogether = 64;    // most tiles that one such point asks for at a time
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 void checkQuery(const Vector3d& h_W, const NearestQuery& query) {
@@ -40,16 +39,30 @@ struct PointSearch {
   Vector3d h_W;
   Candidates best;
   std::uint32_t tiles_read = 0, tiles_searched = 0;
-  double absent2 = kInfinity;  // squared distance within which no absent tile lies
+  double absent2 = kInfinity;  // squared distance within which nothing absent lies
   bool all = false;            // everything within the bound is wanted
+  const TileFinder& finder;
+  std::vector<internal::Unsure<Candidate>> ghosts{};  // within the bound when they were found
 
+  PointSearch(internal::SearchedSet& s, const Vector3d& from_W, const NearestQuery& query)
+      : set(s),
+        h_W(from_W),
+        best(query.k, query.epsilon, std::nextafter(query.max_distance_um * query.max_distance_um, kInfinity),
+             query.of_cells),
+        all(query.k == SIZE_MAX),
+        finder(s.finder(tiles_read)) {}
   void searchAll();
   void searchResident();
   // Searches the tiles in memory. Returns the first tiles that the search needs beside these, at most about `most`.
   std::vector<TileId> foresee(std::size_t most);
 
+  void search(const internal::SearchTile& tile);
   void visit(TileId tile);
+  void searchTiles();
   void searchFarAway(TileId at_home);
+  // Offers the ghosts that wants(candidate, middle) takes, nearest first, while they can be among the best.
+  template <class Wants>
+  void offerGhosts(const Wants& wants);
   // The tile whose block contains the point, if its content does too. No tile can be nearer, so it must be searched in
   // any case. Its result bounds the rest without the landmarks.
   TileId home() const;
@@ -60,16 +73,35 @@ struct PointSearch {
   std::vector<TileId> besideHome(TileId home) const;
 };
 
+void PointSearch::search(const internal::SearchTile& tile) {
+  tile.engine->search(h_W, best);
+  if (tile.ghosts == nullptr) return;
+  Candidates within(SIZE_MAX, 0, best.bound2());
+  tile.ghosts->search(h_W, within);
+  for (const Candidate& c : within.sorted())
+    ghosts.push_back({c, internal::SearchedSet::middleOf(*tile.tile, *tile.tile->findSegment(c.segment))});
+}
+
 void PointSearch::visit(TileId tile) {
-  set.cache.get(tile, tiles_read)->engine->search(h_W, best);
+  const internal::TileCache::Lease loaded = set.cache.get(tile, tiles_read);
+  search(*loaded);
   ++tiles_searched;
+}
+
+template <class Wants>
+void PointSearch::offerGhosts(const Wants& wants) {
+  std::sort(ghosts.begin(), ghosts.end());
+  for (const auto& ghost : ghosts) {
+    if (ghost.found.squared_distance > best.bound2()) return;
+    if (wants(ghost.found, ghost.middle)) best.offer(ghost.found);
+  }
 }
 
 TileId PointSearch::home() const {
   if (!(h_W.cwiseAbs().maxCoeff() < Grid::kMaxCoordinate_um)) return kNoTile;
   const Grid grid = set.store.grid();
   const TileId tile = set.store.home(grid.snap(h_W));
-  if (tile == kNoTile) return kNoTile;
+  if (tile == kNoTile || !set.mayHold(tile)) return kNoTile;
   const GridBox& content = set.store.entry(tile).content;
   const bool inside = (h_W.array() >= grid.toWorld(content.lo).array()).all() &&
                       (h_W.array() <= grid.toWorld(content.hi).array()).all();
@@ -93,7 +125,7 @@ std::vector<TileId> PointSearch::besideHome(TileId home) const {
   std::vector<TileFinder::Hit> near;
   for (TileId t = first; t < std::min(set.store.tile_count(), first + set.store.page_tiles()); ++t) {
     const GridBox& content = set.store.entry(t).content;
-    if (t == set.store.long_tile() || content.empty()) continue;
+    if (t == set.store.long_tile() || content.empty() || !set.mayHold(t)) continue;
     const Vector3d off = (grid.toWorld(content.lo) - h_W).cwiseMax(h_W - grid.toWorld(content.hi)).cwiseMax(0.0);
     near.push_back({t, t == home ? -1 : off.squaredNorm()});
   }
@@ -105,11 +137,18 @@ std::vector<TileId> PointSearch::besideHome(TileId home) const {
 }
 
 void PointSearch::searchAll() {
+  searchTiles();
+  std::erase_if(ghosts, [this](const auto& ghost) { return ghost.found.squared_distance > best.bound2(); });
+  set.readOwnersAhead(ghosts);
+  offerGhosts([this](const Candidate& c, const GridPoint& middle) { return set.wants(c.segment, middle, tiles_read); });
+}
+
+void PointSearch::searchTiles() {
   const bool is_far = set.store.isRemote();
-  const TileId long_tile = set.store.long_tile();
-  const bool has_home = set.store.tile_count() > TileFinder::kScanTiles && !set.finder.isOutside(h_W);
+  const TileId long_tile = set.long_tile();
+  const bool has_home = !set.isOfCells() && set.store.tile_count() > TileFinder::kScanTiles && !finder.isOutside(h_W);
   const TileId at_home = has_home ? home() : kNoTile;
-  if (is_far && at_home != kNoTile && set.cache.engineOf(at_home) == nullptr) {
+  if (is_far && at_home != kNoTile && !set.cache.peek(at_home)) {
     std::vector<TileId> tiles = besideHome(at_home);
     if (long_tile != kNoTile) tiles.push_back(long_tile);
     set.cache.readAhead(tiles);
@@ -120,9 +159,9 @@ void PointSearch::searchAll() {
     if (answersAlone(at_home, best.bound2())) return;
   }
   if (is_far) return searchFarAway(at_home);
-  TileFinder::Walk walk = set.finder.walk(h_W);
+  TileFinder::Walk walk = finder.walk(h_W);
   while (const auto hit = walk.next(best.bound2()))
-    if (hit->tile != at_home) visit(hit->tile);
+    if (hit->tile != at_home && set.mayHold(hit->tile)) visit(hit->tile);
 }
 
 // Visits the tiles that searchAll() visits nearby, and reads them in rounds. If everything within the bound is wanted,
@@ -130,9 +169,9 @@ void PointSearch::searchAll() {
 void PointSearch::searchFarAway(TileId at_home) {
   if (all && std::isfinite(best.bound2())) {
     const Vector3d reach_W = Vector3d::Constant(std::nextafter(std::sqrt(best.bound2()), kInfinity));
-    set.finder.readPages(BoxRegion({h_W - reach_W, h_W + reach_W}));
+    finder.readPages(BoxRegion({h_W - reach_W, h_W + reach_W}));
   }
-  TileFinder::Walk walk = set.finder.walk(h_W);
+  TileFinder::Walk walk = finder.walk(h_W);
   internal::TileRounds rounds(set.store, set.cache, all ? internal::TileRounds::kMost : 2);
   std::vector<double> squared;  // distances of `tiles`
   std::vector<TileId> tiles;
@@ -141,7 +180,7 @@ void PointSearch::searchFarAway(TileId at_home) {
       for (const std::size_t end = at + rounds.length(); tiles.size() < end;) {
         const auto hit = walk.next(best.bound2());
         if (!hit) break;
-        if (hit->tile == at_home) continue;
+        if (hit->tile == at_home || !set.mayHold(hit->tile)) continue;
         tiles.push_back(hit->tile);
         squared.push_back(hit->squared_distance);
       }
@@ -155,23 +194,29 @@ void PointSearch::searchFarAway(TileId at_home) {
 
 std::vector<TileId> PointSearch::foresee(std::size_t most) {
   std::vector<TileId> absent;
-  const auto search = [&](TileId tile) {
-    if (const auto engine = set.cache.engineOf(tile))
-      engine->search(h_W, best);
-    else
-      absent.push_back(tile);
+  const auto searched = [&](TileId tile) {
+    const auto known = set.cache.peek(tile);
+    known ? search(*known) : absent.push_back(tile);
+    return known.has_value();
   };
+  if (set.store.long_tile() != kNoTile) searched(set.store.long_tile());
   const TileId at_home = home();
-  if (at_home != kNoTile) {
-    search(at_home);
-    if (!absent.empty() || answersAlone(at_home, best.bound2())) return absent;
+  if (at_home != kNoTile && !searched(at_home)) return absent;
+  if (at_home == kNoTile || !answersAlone(at_home, best.bound2())) {
+    TileFinder::Walk walk = finder.walk(h_W);
+    while (absent.size() < most) {
+      const auto hit = walk.next(best.bound2());
+      if (!hit) break;
+      if (hit->tile != at_home && set.mayHold(hit->tile)) searched(hit->tile);
+    }
   }
-  TileFinder::Walk walk = set.finder.walk(h_W);
-  while (absent.size() < most) {
-    const auto hit = walk.next(best.bound2());
-    if (!hit) break;
-    if (hit->tile != at_home) search(hit->tile);
-  }
+  if (!absent.empty()) return absent;
+  offerGhosts([&](const Candidate& c, const GridPoint& middle) {
+    const TileId owner = set.ownerOf(middle);
+    const auto known = owner != kNoTile ? set.cache.peek(owner) : std::nullopt;
+    if (owner != kNoTile && !known) absent.push_back(owner);
+    return known && internal::SearchedSet::wants(*known, c.segment);
+  });
   return absent;
 }
 
@@ -181,70 +226,59 @@ void PointSearch::searchResident() {
     if (!std::binary_search(resident.begin(), resident.end(), tile)) return false;
     const internal::TileCache::Lease loaded = set.cache.find(tile);
     if (!loaded) return false;
-    loaded->engine->search(h_W, best);
+    search(*loaded);
     ++tiles_searched;
     return true;
   };
-  const TileId long_tile = set.store.long_tile();
+  const TileId long_tile = set.long_tile();
   if (long_tile != kNoTile && !visit_resident(long_tile)) absent2 = 0;
-  TileFinder::Walk walk = set.finder.walk(h_W);
+  TileFinder::Walk walk = finder.walk(h_W);
   std::size_t left = resident.size() - (long_tile != kNoTile && absent2 > 0 ? 1 : 0);
   // After the last resident tile, one absent tile shows from which distance on results may be missing.
   while (const auto hit = walk.next(best.bound2())) {
     if (left == 0 && std::isfinite(absent2)) break;
+    if (!set.mayHold(hit->tile)) continue;
     if (visit_resident(hit->tile))
       --left;
     else
       absent2 = std::min(absent2, hit->squared_distance);
   }
+  offerGhosts([this](const Candidate& c, const GridPoint& middle) {
+    const TileId owner = set.ownerOf(middle);
+    const internal::TileCache::Lease known = owner != kNoTile ? set.cache.find(owner) : internal::TileCache::Lease();
+    if (owner != kNoTile && !known) absent2 = std::min(absent2, c.squared_distance);
+    return known && internal::SearchedSet::wants(*known, c.segment);
+  });
 }
 
-// The boxes that contain one of some points.
-struct PointsRegion final : Region {
-  std::span<const Vector3d> points;
-  std::span<const std::size_t> order;
-
-  PointsRegion(std::span<const Vector3d> p, std::span<const std::size_t> o) : points(p), order(o) {}
-  bool mayMeet(const WorldBox& box) const noexcept override {
-    return std::any_of(order.begin(), order.end(), [&](std::size_t i) {
-      return (points[i].array() >= box.lo_W.array()).all() && (points[i].array() <= box.hi_W.array()).all();
-    });
-  }
-};
-
-// Reads what the searches of these points will need, many tiles at once, in rounds: each point asks for the next tiles
-// that its search needs, twice as many as in the round before. Decides nothing: the searches read what is missing, and
-// report what cannot be read.
-void readBatchAhead(internal::SearchedSet& set, std::span<const Vector3d> points, std::span<const std::size_t> order,
-                    const NearestQuery& query, double limit2) {
+// Reads what the searches of the first of these points will need, many tiles at once, and returns the number of these
+// points. A point asks for the next tiles that its search needs, then for twice as many; other points do not wait for
+// it. Decides nothing: the searches read what is missing, and report what cannot be read.
+std::size_t readBatchAhead(internal::SearchedSet& set, std::span<const Vector3d> points,
+                           std::span<const std::size_t> order, const NearestQuery& query) {
+  order = order.first(std::min(order.size(), kBatchTogether));
+  const std::size_t most_tiles = set.cache.mostAhead();
+  std::atomic<std::size_t> tiles{0}, end{order.size()};
   try {
-    // Where pages are missing, walks wait for others too.
-    const unsigned threads = set.finder.readPages(PointsRegion(points, order)) ? readsAtOnce(set.store) : 1;
-    std::vector<TileId> tiles;  // the first that are needed come first
-    if (set.store.long_tile() != kNoTile) tiles.push_back(set.store.long_tile());
-    std::vector<char> is_done(order.size());
-    std::mutex mutex;
-    for (std::size_t most = 2; most <= kPointTogether; most *= 2) {
-      const std::size_t before = tiles.size();
-      runItems(order.size(), threads, [&](std::size_t i) {
-        if (is_done[i] != 0) return;
-        const std::vector<TileId> absent =
-            PointSearch{set, points[order[i]], Candidates(query.k, query.epsilon, limit2)}.foresee(most);
-        is_done[i] = absent.empty();
-        const std::lock_guard lock(mutex);
-        tiles.insert(tiles.end(), absent.begin(), absent.end());
-      });
-      if (tiles.size() == before || !set.cache.readAhead(tiles)) return;
-    }
+    runItems(order.size(), mostReadThreads(), [&](std::size_t i) {
+      for (std::size_t most = 2; most <= kPointTogether; most *= 2) {
+        if (i >= end) return;
+        const std::vector<TileId> absent = PointSearch(set, points[order[i]], query).foresee(most);
+        if (absent.empty()) return;
+        if ((tiles += absent.size()) <= most_tiles && set.cache.readAhead(absent)) continue;
+        for (std::size_t before = end; i < before && !end.compare_exchange_weak(before, i);) continue;
+      }
+    });
   } catch (const Error&) {
   }
+  return std::max<std::size_t>(end, 1);
 }
 
 }  // namespace
 
 Nearest::Nearest(const TileStore& store, const NearestOptions& options) {
   requireTileEngine(options.engine);
-  set_ = std::make_unique<internal::SearchedSet>(store, options.engine, options.budget_bytes);
+  set_ = std::make_unique<internal::SearchedSet>(store, options.filter, options.engine, options.budget_bytes);
 }
 Nearest::~Nearest() = default;
 
@@ -258,6 +292,8 @@ void Nearest::find(const Vector3d& h_W, const NearestQuery& query, std::vector<N
   checkQuery(h_W, query);
   results.clear();
   if (query.k == 0) return;
+  if (query.approximate && (!set_->sieve.takesAll() || query.of_cells))
+    throw UsageError("an approximate search takes no filter and finds no cells");
 
   if (query.approximate) {
     for (const LandmarkHint::Guess& g : set_->hint.nearest(h_W, query.k)) {
@@ -268,9 +304,8 @@ void Nearest::find(const Vector3d& h_W, const NearestQuery& query, std::vector<N
     return;
   }
 
-  const double limit2 = std::nextafter(query.max_distance_um * query.max_distance_um, kInfinity);
-  PointSearch search{*set_, h_W, Candidates(query.k, query.epsilon, limit2)};
-  search.all = query.k == SIZE_MAX;
+  if (query.resident_only && !set_->isPlanned()) return;
+  PointSearch search(*set_, h_W, query);
   if (query.resident_only)
     search.searchResident();
   else
@@ -292,7 +327,6 @@ void Nearest::forEach(std::span<const Vector3d> points, const NearestQuery& quer
 
   const bool reads_ahead = set_->store.isRemote() && set_->store.tile_count() > TileFinder::kScanTiles &&
                            points.size() > 1 && query.k > 0 && !query.approximate && !query.resident_only;
-  const double limit2 = std::nextafter(query.max_distance_um * query.max_distance_um, kInfinity);
 
   // Consecutive parts of the curve, so that threads need different tiles.
   const std::size_t parts = std::clamp<std::size_t>(order.size() / kLeastPerThread, 1, std::max(threads, 1u));
@@ -300,9 +334,11 @@ void Nearest::forEach(std::span<const Vector3d> points, const NearestQuery& quer
   runWorkers(parts, [&](unsigned, const std::atomic<bool>& failed) {
     for (std::size_t part; !failed && (part = next.fetch_add(1)) < parts;) {
       const std::size_t begin = order.size() * part / parts, end = order.size() * (part + 1) / parts;
-      for (std::size_t i = begin; i < end && !failed; ++i) {
-        if (reads_ahead && (i - begin) % kBatchTogether == 0)
-          readBatchAhead(*set_, points, std::span(order).subspan(i, std::min(kBatchTogether, end - i)), query, limit2);
+      for (std::size_t i = begin, next_ahead = begin; i < end && !failed; ++i) {
+        if (reads_ahead && i == next_ahead)
+          next_ahead += set_->isPlanned() && !set_->isOfCells()
+                            ? readBatchAhead(*set_, points, std::span(order).subspan(i, end - i), query)
+                            : 1;
         visit(order[i], find(points[order[i]], query));
       }
     }

@@ -8,6 +8,11 @@
 // Exact means: for positions on the grid, in double, with every distance by closestPoint() and ties to the lowest
 // (cell, segment). So the result depends neither on the tiling, nor the engine, nor the tiles in memory.
 //
+// A filter is part of the search: tiles without a wanted type or cell are not read. For a few cells (at most 1024, with
+// at most a 16th of the segments), the first query reads the tiles of these cells, and later ones search only these.
+// For types, appearances are read too. A ghost's type is that in the tile which owns it; that tile is read if the ghost
+// may be a result.
+//
 // Few tiles are read. A point inside the content of a tile is first searched there, which is usually enough. Other
 // tiles are searched nearest first, as the tile finder lists them, until no other tile can hold a nearer segment.
 // From a set at an address, tiles are read many at once: the tile of a point with the three nearest ones of its page of
@@ -17,6 +22,7 @@
 // Thread rule: internally synchronised; the haptic thread must not call it.
 #pragma once
 
+#include "index/query/segment_filter.h"
 #include "index/set/tile_store.h"
 
 #include <cstdint>
@@ -30,13 +36,14 @@
 namespace filiform {
 
 namespace internal {
-struct SearchedSet;
+class SearchedSet;
 }
 
-// How a Nearest searches.
+// How a Nearest searches, and in which segments.
 struct NearestOptions {
   std::string engine = "packed";           // search engine inside a tile; see makeTileEngine()
   std::uint64_t budget_bytes = 256 << 20;  // for tiles and engines kept between queries, the long-segment tile included
+  SegmentFilter filter{};                  // all other segments are as if they did not exist
 };
 
 // What find() looks for.
@@ -46,6 +53,7 @@ struct NearestQuery {
   bool approximate = false;    // use only the landmarks, read no tile: error at most covering_radius_um()
   bool resident_only = false;  // read nothing: search only tiles that earlier queries left in memory
   double max_distance_um = std::numeric_limits<double>::infinity();  // closed; k = SIZE_MAX: all within it
+  bool of_cells = false;                                             // k cells, each by its nearest segment
 };
 
 // One segment that find() or inBox() returns.
@@ -69,6 +77,7 @@ struct RayQuery {
   double slope = 0;              // of the cone: the radius grows by `slope` um for one um along the ray
   double length_um = std::numeric_limits<double>::infinity();  // hits lie within this distance along the ray
   std::size_t most = SIZE_MAX;                                 // number of results
+  bool of_cells = false;                                       // each cell once, by its first hit
 };
 
 // One segment that alongRay() returns.
@@ -80,6 +89,10 @@ struct RayHit {
   double t;                                  // position on the segment: 0 child .. 1 parent
   TileId tile;                               // a tile that stores the segment
   std::uint32_t tiles_read, tiles_searched;  // by the whole query
+
+  bool operator<(const RayHit& other) const {
+    return along_um != other.along_um ? along_um < other.along_um : segment < other.segment;
+  }
 };
 
 class Nearest {
@@ -87,13 +100,14 @@ class Nearest {
   // Largest coordinate that can be squared safely.
   static constexpr double kMaxCoordinate_um = 1e150;
 
-  // O(1): reads and builds nothing before the first query. The store must outlive this object. Throws UsageError for an
-  // unknown engine.
+  // O(1), and O(cells) with a filter of cells: reads and builds nothing before the first query. The store must outlive
+  // this object. Throws UsageError for an unknown engine, or for a filter with cells that do not ascend or exist.
   explicit Nearest(const TileStore& store, const NearestOptions& options = {});
   ~Nearest();
 
   // Returns at most k segments, nearest first; none from an empty set. Throws UsageError if a coordinate is not finite
-  // or exceeds kMaxCoordinate_um, if epsilon is negative or not finite, or if max_distance_um is negative or NaN.
+  // or exceeds kMaxCoordinate_um, if epsilon is negative or not finite, if max_distance_um is negative or NaN, or if
+  // `approximate` comes with a filter or of_cells.
   // Throws CorruptTile, CorruptSet, IoError from the store. Expected: O(log segments + k) and one or two tiles read.
   std::vector<NearestResult> find(const Vector3d& h_W, const NearestQuery& query = {}) const;
   // The same into the caller's list, whose content is replaced. Does not allocate once lists have grown, if k = 1 and
@@ -113,8 +127,9 @@ class Nearest {
 
   // Returns all segments that meet the closed box, ranked as find() ranks them from the middle of the box. The corners
   // are rounded to the grid; the test is then exact. Throws UsageError for corners that are not finite or out of order.
-  // O(log segments + tiles and segments that meet the box).
-  std::vector<NearestResult> inBox(const Vector3d& lo_W, const Vector3d& hi_W) const;
+  // `of_cells`: each cell once, by its segment nearest to the middle. O(log segments + tiles and segments that meet the
+  // box).
+  std::vector<NearestResult> inBox(const Vector3d& lo_W, const Vector3d& hi_W, bool of_cells = false) const;
 
   // Returns the segments hit by a ray, the first along it first, ties by (cell, segment). Searches tiles along the ray,
   // and stops as soon as `most` hits are certain. Throws UsageError for values that are not finite or a direction of

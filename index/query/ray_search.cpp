@@ -67,37 +67,48 @@ std::vector<RayHit> Nearest::alongRay(const RayQuery& ray) const {
   const RayRegion region(ray, ray.direction / length);
 
   std::vector<std::pair<double, TileId>> order;  // by the distance along the ray of a first possible hit
-  for (const auto& [tile, box] : set_->tilesMeeting(region))
-    order.emplace_back(tile == set_->store.long_tile() ? 0.0 : region.entry(box), tile);
+  std::uint32_t tiles_read = 0, tiles_searched = 0;
+  for (const auto& [tile, box] : set_->tilesMeeting(region, tiles_read))
+    order.emplace_back(tile == set_->long_tile() ? 0.0 : region.entry(box), tile);
   std::sort(order.begin(), order.end());
 
   std::vector<RayHit> hits;
-  const auto before = [](const RayHit& a, const RayHit& b) {
-    return a.along_um != b.along_um ? a.along_um < b.along_um : a.segment < b.segment;
-  };
+  std::vector<internal::Unsure<RayHit>> ghosts;
   const auto settle = [&] {
-    std::sort(hits.begin(), hits.end(), before);
-    hits.erase(
-        std::unique(hits.begin(), hits.end(), [](const RayHit& a, const RayHit& b) { return a.segment == b.segment; }),
-        hits.end());
+    std::sort(hits.begin(), hits.end());
+    keepFirst(hits, ray.of_cells);
     if (hits.size() > ray.most) hits.erase(hits.begin() + static_cast<std::ptrdiff_t>(ray.most), hits.end());
   };
-  std::uint32_t tiles_read = 0, tiles_searched = 0;
+  const auto isBeyond = [&](double along) {
+    return hits.size() == ray.most && (hits.empty() || along > hits.back().along_um);
+  };
   std::vector<TileId> tiles;
   for (const auto& hit : order) tiles.push_back(hit.second);
   constexpr std::size_t kFirstRound = 4;
   internal::TileRounds rounds(set_->store, set_->cache,
                               ray.most == SIZE_MAX ? internal::TileRounds::kMost : kFirstRound);
   for (const auto& [entry, tile_id] : order) {
-    if (hits.size() == ray.most && (hits.empty() || entry > hits.back().along_um)) break;
+    if (isBeyond(entry)) break;
     rounds.before(tiles_searched++, tiles);
-    set_->forEachIn(region, tile_id, tiles_read, [&](const Tile& tile, std::uint32_t s) {
+    set_->forEachIn(region, tile_id, tiles_read, [&](const Tile& tile, std::uint32_t s, bool is_sure) {
       const ClosestApproach c = closestApproach(tile.position_W(tile.child(s)), tile.position_W(tile.parent(s)),
                                                 region.origin_W, region.direction);
       const double distance = std::sqrt(c.squared_distance);
-      if (c.along <= ray.length_um && distance <= ray.radius_um + ray.slope * c.along)
-        hits.push_back({c.along, distance, c.p_W, tile.segmentId(s), c.t, tile.id(), 0, 0});
+      if (!(c.along <= ray.length_um && distance <= ray.radius_um + ray.slope * c.along)) return;
+      const RayHit hit{c.along, distance, c.p_W, tile.segmentId(s), c.t, tile.id(), 0, 0};
+      if (is_sure)
+        hits.push_back(hit);
+      else
+        ghosts.push_back({hit, set_->middleOf(tile, s)});
     });
+    settle();
+  }
+  std::sort(ghosts.begin(), ghosts.end());
+  set_->readOwnersAhead(ghosts);
+  for (const auto& ghost : ghosts) {
+    if (isBeyond(ghost.found.along_um)) break;
+    if (!set_->wants(ghost.found.segment, ghost.middle, tiles_read)) continue;
+    hits.push_back(ghost.found);
     settle();
   }
   for (RayHit& hit : hits) hit.tiles_read = tiles_read, hit.tiles_searched = tiles_searched;

@@ -32,12 +32,14 @@ struct TileFinder::Impl {
   struct Node {
     Kind items = Kind::tiles;
     std::unique_ptr<const internal::BoxLevels> boxes;
-    std::vector<std::uint32_t> ids;  // of the items
+    std::vector<std::uint32_t> ids;        // of the items
+    const WorldBox* tile_boxes = nullptr;  // of the items; null: those of the directory
   };
   struct Root {
     WorldBox bounds = emptyBox();
     bool scanned = false;
     std::vector<std::pair<TileId, WorldBox>> boxes;  // scanned sets only
+    std::vector<WorldBox> tile_boxes;                // of given tiles only
     Node node;                                       // of the groups; of the pages if there is one group
   };
 
@@ -64,6 +66,9 @@ struct TileFinder::Impl {
 
   // Blocks are closed sets of grid points: points between two neighbouring blocks are within a quantum of both.
   WorldBox box(TileId tile) const { return box(store.entry(tile).content); }
+  WorldBox box(const Node& tiles, std::uint32_t item) const {
+    return tiles.tile_boxes != nullptr ? tiles.tile_boxes[item] : box(tiles.ids[item]);
+  }
   WorldBox box(const GridBox& content) const {
     const Vector3d quantum = Vector3d::Constant(grid.quantum_um());
     return {grid.toWorld(content.lo) - quantum, grid.toWorld(content.hi) + quantum};
@@ -138,7 +143,7 @@ struct TileFinder::Impl {
       const std::uint32_t id = from.ids[item];
       if (from.items != Kind::tiles) {
         if (id != std::exchange(entered, id)) meeting(enter(from, item), region, use);
-      } else if (const WorldBox tile_box = box(id); region.mayMeet(tile_box)) {
+      } else if (const WorldBox tile_box = box(from, item); region.mayMeet(tile_box)) {
         use(id, tile_box);
       }
     }
@@ -146,6 +151,19 @@ struct TileFinder::Impl {
 };
 
 TileFinder::TileFinder(const TileStore& store) : impl_(std::make_unique<Impl>(store)) {}
+TileFinder::TileFinder(const TileStore& store, std::vector<std::pair<TileId, WorldBox>> tiles) : TileFinder(store) {
+  auto root = std::make_unique<Impl::Root>();
+  for (const auto& [tile, box] : tiles) {
+    extend(root->bounds, box);
+    root->node.ids.push_back(tile);
+    root->tile_boxes.push_back(box);
+  }
+  root->scanned = tiles.size() <= kScanTiles;
+  root->node.boxes = std::make_unique<internal::BoxLevels>(root->tile_boxes);
+  root->node.tile_boxes = root->tile_boxes.data();
+  if (root->scanned) root->boxes = std::move(tiles);
+  impl_->root.get([&] { return std::move(root); });
+}
 TileFinder::~TileFinder() = default;
 
 std::vector<TileFinder::Hit> TileFinder::within(const Vector3d& h_W, double squared_bound) const {
@@ -155,9 +173,9 @@ std::vector<TileFinder::Hit> TileFinder::within(const Vector3d& h_W, double squa
   return hits;
 }
 
-bool TileFinder::readPages(const Region& region) const {
+void TileFinder::readPages(const Region& region) const {
   const TileStore& store = impl_->store;
-  if (!store.isRemote() || impl_->open().scanned) return false;
+  if (!store.isRemote() || impl_->open().scanned || impl_->open().node.tile_boxes != nullptr) return;
   const auto meets = [&](const GridBox& content) { return !content.empty() && region.mayMeet(impl_->box(content)); };
   std::vector<std::uint32_t> groups, new_groups, pages;
   for (std::uint32_t group = 0; group < impl_->group_count; ++group) {
@@ -172,7 +190,6 @@ bool TileFinder::readPages(const Region& region) const {
       if (impl_->page[page].known() == nullptr && meets(store.pageContent(page))) pages.push_back(page);
   }
   runItems(pages.size(), readsAtOnce(store), [&](std::size_t i) { impl_->pageNode(pages[i]); });
-  return !new_groups.empty() || !pages.empty();
 }
 
 std::vector<std::pair<TileId, WorldBox>> TileFinder::meeting(const Region& region) const {
@@ -285,7 +302,7 @@ void TileFinder::Walk::State::take(std::uint32_t at, double bound) {
   if (place.level >= 0) return open(node, place, bound);
   if (node.items == Impl::Kind::tiles) {
     const TileId tile = node.ids[place.at];
-    return offer({finder->box(tile).squaredDistanceBelow(h_W), true, tile});
+    return offer({finder->box(node, place.at).squaredDistanceBelow(h_W), true, tile});
   }
   const Impl::Node& entered = finder->enter(node, place.at);
   // An item that has another box nearby was entered before.

@@ -36,6 +36,8 @@ class TileFinder {
   // group and O(tiles of the page) for each page that it enters. Every member throws what the store throws when it
   // reads a page; the next call tries again.
   explicit TileFinder(const TileStore& store);
+  // Only these tiles, with content in these boxes instead of those of the directory. O(tiles).
+  TileFinder(const TileStore& store, std::vector<std::pair<TileId, WorldBox>> tiles);
   ~TileFinder();
 
   // All tiles with content whose box lies within `squared_bound` (um^2, closed) of h_W, nearest first, ties by id.
@@ -46,8 +48,8 @@ class TileFinder {
   // hits log hits).
   std::vector<std::pair<TileId, WorldBox>> meeting(const Region& region) const;
   // From a set at an address, enters the groups and pages that meeting() enters, many at once, as meeting() does.
-  // Returns true if one was entered for the first time; false for a set in a folder.
-  bool readPages(const Region& region) const;
+  // Does nothing for a set in a folder.
+  void readPages(const Region& region) const;
 
   // Returns tiles with content one by one, nearest first, ties by id. Requires finite h_W. The TileFinder must outlive
   // it. Thread rule: thread-compatible.

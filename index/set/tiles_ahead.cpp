@@ -8,16 +8,6 @@
 
 namespace filiform {
 
-namespace {
-
-// For all objects: each lives for a moment.
-ReadThreads& readThreads() {
-  static ReadThreads threads(mostReadThreads());
-  return threads;
-}
-
-}  // namespace
-
 TilesAhead::TilesAhead(const TileStore& store, std::vector<TileId> tiles, bool with_appearance, Reads reads,
                        unsigned threads)
     : store_(store), tiles_(std::move(tiles)), with_appearance_(with_appearance), reads_(reads) {

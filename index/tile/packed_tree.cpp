@@ -15,14 +15,18 @@ namespace boxes = internal::packed;
 
 class PackedTree final : public TileEngine {
  public:
-  PackedTree(std::shared_ptr<const Tile> tile, const boxes::Kernels& kernels)
-      : tile_(std::move(tile)), kernels_(kernels), boxes_{tile_.get(), tile_->runs().data(), 0, 0, {}, {}, {}, {}} {
+  PackedTree(std::shared_ptr<const Tile> tile, const boxes::Kernels& kernels, SomeRuns some)
+      : tile_(std::move(tile)),
+        kernels_(kernels),
+        some_(some ? *std::move(some) : std::vector<SegmentRun>()),
+        runs_(some ? std::span<const SegmentRun>(some_) : tile_->runs()),
+        boxes_{tile_.get(), runs_.data(), 0, 0, {}, {}, {}, {}} {
     build();
   }
 
   void search(const Vector3d& h_W, Candidates& best) const override;
   void collect(const Region& region, std::vector<std::uint32_t>& segments) const override;
-  std::size_t bytes() const override { return sizeof *this + boxes_.bytes(); }
+  std::size_t bytes() const override { return sizeof *this + some_.size() * sizeof(SegmentRun) + boxes_.bytes(); }
 
  private:
   void build();
@@ -30,13 +34,15 @@ class PackedTree final : public TileEngine {
 
   std::shared_ptr<const Tile> tile_;
   const boxes::Kernels& kernels_;
+  const std::vector<SegmentRun> some_;
+  const std::span<const SegmentRun> runs_;  // of the tile, or some
   boxes::Boxes boxes_;
   double unit_um_ = 1, size_um_ = 0;  // size: the tile's largest coordinate
   Vector3d origin_W_ = Vector3d::Zero();
 };
 
 void PackedTree::build() {
-  const std::size_t runs = tile_->runs().size();
+  const std::size_t runs = runs_.size();
   if (runs == 0) return;
   std::uint32_t nodes = 0;
   for (auto children = static_cast<std::uint32_t>(runs);;) {
@@ -61,7 +67,7 @@ void PackedTree::build() {
 
 // Reads four nodes from the first child of a run on: the offsets have room for them.
 void PackedTree::copyPoints() {
-  const auto count = static_cast<std::uint32_t>(tile_->runs().size());
+  const auto count = static_cast<std::uint32_t>(runs_.size());
   if (const std::uint16_t* const offsets = tile_->narrowOffsets(); offsets != nullptr) {
     boxes_.narrow.resize(count);
     for (std::uint32_t r = 0; r < count; ++r) {
@@ -93,7 +99,7 @@ void PackedTree::search(const Vector3d& h_W, Candidates& best) const {
   const Vector3d h = (h_W - origin_W_) / unit_um_;
   const double reach = h.cwiseAbs().maxCoeff();
   if (!(reach < 1e15)) {
-    for (std::uint32_t run = 0; run < tile_->runs().size(); ++run) boxes_.searchRun(run, h_W, best);
+    for (std::uint32_t run = 0; run < runs_.size(); ++run) boxes_.searchRun(run, h_W, best);
     return;
   }
   constexpr double kUlps = 16 * std::numeric_limits<double>::epsilon();
@@ -132,7 +138,7 @@ void PackedTree::collect(const Region& region, std::vector<std::uint32_t>& segme
         stack.emplace_back(level - 1, boxes::kWidth * at + i);
         continue;
       }
-      const SegmentRun run = tile_->runs()[boxes::kWidth * at + i];
+      const SegmentRun run = runs_[boxes::kWidth * at + i];
       for (std::uint32_t s = 0; s < run.count(); ++s) segments.push_back(run.begin() + s);
     }
   }
@@ -163,13 +169,13 @@ std::vector<std::string> packedTreePaths() {
   return paths;
 }
 
-std::unique_ptr<TileEngine> makePackedTree(std::shared_ptr<const Tile> tile, const std::string& path) {
+std::unique_ptr<TileEngine> makePackedTree(std::shared_ptr<const Tile> tile, const std::string& path, SomeRuns some) {
   const std::vector<boxes::Kernels>& all = boxes::kernelsHere();
-  if (path.empty()) return std::make_unique<PackedTree>(std::move(tile), all.back());
+  if (path.empty()) return std::make_unique<PackedTree>(std::move(tile), all.back(), std::move(some));
   const auto at =
       std::find_if(all.begin(), all.end(), [&](const boxes::Kernels& kernels) { return path == kernels.name; });
   if (at == all.end()) throw UsageError("the packed tree has no path \"" + path + "\" on this machine");
-  return std::make_unique<PackedTree>(std::move(tile), *at);
+  return std::make_unique<PackedTree>(std::move(tile), *at, std::move(some));
 }
 
 }  // namespace filiform

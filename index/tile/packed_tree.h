@@ -19,6 +19,7 @@ std::vector<std::string> packedTreePaths();
 // Builds the structure. O(segments). Takes 13.7 bytes a run of up to four segments: 4 to 5 bytes a stored segment in
 // dense tissue, more if runs are short. The engine keeps the tile alive. An empty `path` means the fastest. Throws
 // UsageError for a path that this machine cannot run.
-std::unique_ptr<TileEngine> makePackedTree(std::shared_ptr<const Tile> tile, const std::string& path = "");
+std::unique_ptr<TileEngine> makePackedTree(std::shared_ptr<const Tile> tile, const std::string& path = "",
+                                           SomeRuns some = {});
 
 }  // namespace filiform

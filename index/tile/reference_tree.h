@@ -8,7 +8,8 @@
 
 namespace filiform {
 
-// Builds the engine over a tile, which the engine keeps alive. O(n log n), about 150 bytes a segment.
-std::unique_ptr<TileEngine> makeReferenceTree(std::shared_ptr<const Tile> tile);
+// Builds the engine over a tile, which the engine keeps alive, or over some of its segments. O(n log n), about 150
+// bytes a segment.
+std::unique_ptr<TileEngine> makeReferenceTree(std::shared_ptr<const Tile> tile, SomeRuns some = {});
 
 }  // namespace filiform

@@ -12,8 +12,11 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
+#include <unordered_set>
+#include <utility>
 #include <vector>
 
 namespace filiform {
@@ -59,13 +62,31 @@ struct Candidate {
   }
 };
 
-// The k best segments seen so far, each segment once. Thread rule: thread-compatible.
+// Removes all but the first of each segment, or of each cell. Requires that equal segments follow each other. O(n).
+template <class Found>
+void keepFirst(std::vector<Found>& found, bool of_cells) {
+  std::unordered_set<std::uint32_t> cells;
+  SegmentId last{UINT32_MAX, UINT32_MAX};
+  std::erase_if(found, [&](const Found& f) {
+    if (of_cells) return !cells.insert(f.segment.cell).second;
+    return f.segment == std::exchange(last, f.segment);
+  });
+}
+
+// The k best segments seen so far, each segment once, or the best segments of the k best cells. Thread rule:
+// thread-compatible.
 class Candidates {
  public:
   // Keeps k segments within the squared distance `limit2`, um^2 (closed). With epsilon > 0, the segment of each rank
-  // may be up to (1 + epsilon) times too far. Requires k > 0, epsilon >= 0, limit2 >= 0.
-  Candidates(std::size_t k, double epsilon, double limit2)
-      : k_(k), slack_(k / 8), shrink_(1.0 / ((1.0 + epsilon) * (1.0 + epsilon))), limit2_(limit2), bound2_(limit2) {}
+  // may be up to (1 + epsilon) times too far. `of_cells`: keeps one segment a cell. Requires k > 0, epsilon >= 0,
+  // limit2 >= 0.
+  Candidates(std::size_t k, double epsilon, double limit2, bool of_cells = false)
+      : k_(k),
+        slack_(k / 8),
+        shrink_(1.0 / ((1.0 + epsilon) * (1.0 + epsilon))),
+        limit2_(limit2),
+        bound2_(limit2),
+        of_cells_(of_cells) {}
 
   // Bound for pruning, um^2: skip what lies farther; keep what lies at the same distance (ties).
   double bound2() const noexcept { return bound2_; }
@@ -108,9 +129,7 @@ class Candidates {
   }
   void compact() {
     std::sort(best_.begin(), best_.end());
-    best_.erase(std::unique(best_.begin(), best_.end(),
-                            [](const Candidate& a, const Candidate& b) { return a.segment == b.segment; }),
-                best_.end());
+    keepFirst(best_, of_cells_);
     if (best_.size() > k_) best_.resize(k_, best_.front());
     full_ = best_.size() == k_;
     if (full_) setWorst(best_.back());
@@ -118,6 +137,7 @@ class Candidates {
 
   std::size_t k_, slack_;
   double shrink_, limit2_, bound2_;
+  bool of_cells_;
   bool full_ = false;
   Candidate worst_{};
   std::vector<Candidate> best_;
@@ -140,8 +160,12 @@ class TileEngine {
 // Throws UsageError for an engine that this build lacks; the message names the available ones.
 void requireTileEngine(const std::string& name);
 
-// Builds the engine with that name ("packed", "cgal") over a tile. The engine keeps the tile alive. Throws as
-// requireTileEngine() does.
-std::unique_ptr<TileEngine> makeTileEngine(const std::string& name, std::shared_ptr<const Tile> tile);
+// Runs of segments of a tile, each a run of Tile::runs() or a part of one, in the order of these. nullopt: all runs.
+using SomeRuns = std::optional<std::vector<SegmentRun>>;
+
+// Builds the engine with that name ("packed", "cgal") over a tile, or over some of its segments. The engine keeps the
+// tile alive. Throws as requireTileEngine() does.
+std::unique_ptr<TileEngine> makeTileEngine(const std::string& name, std::shared_ptr<const Tile> tile,
+                                           SomeRuns some = {});
 
 }  // namespace filiform

@@ -13,9 +13,10 @@ void requireTileEngine(const std::string& name) {
     throw UsageError("search engine \"" + inShort(name) + "\" is not in this build; use packed or cgal");
 }
 
-std::unique_ptr<TileEngine> makeTileEngine(const std::string& name, std::shared_ptr<const Tile> tile) {
+std::unique_ptr<TileEngine> makeTileEngine(const std::string& name, std::shared_ptr<const Tile> tile, SomeRuns some) {
   requireTileEngine(name);
-  return name == "cgal" ? makeReferenceTree(std::move(tile)) : makePackedTree(std::move(tile));
+  return name == "cgal" ? makeReferenceTree(std::move(tile), std::move(some))
+                        : makePackedTree(std::move(tile), "", std::move(some));
 }
 
 }  // namespace filiform

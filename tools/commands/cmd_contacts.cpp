@@ -16,6 +16,7 @@
 #include "tools/program/progress.h"
 #include "tools/program/progress_option.h"
 #include "tools/words/contact_rows.h"
+#include "tools/words/filter_words.h"
 #include "tools/words/near_names.h"
 #include "tools/words/numbers.h"
 
@@ -58,8 +59,9 @@ ContactOutput outputOf(const ContactArguments& a) {
 void readTypes(const std::string& text, ContactOptions& options) {
   if (text.empty()) return;
   const std::size_t comma = text.find(',');
-  options.from_types = parseContactTypes(text.substr(0, comma));
-  options.to_types = comma == std::string::npos ? options.from_types : parseContactTypes(text.substr(comma + 1));
+  options.from_types = parseSegmentTypes(text.substr(0, comma), '+', "--types");
+  options.to_types =
+      comma == std::string::npos ? options.from_types : parseSegmentTypes(text.substr(comma + 1), '+', "--types");
 }
 
 // `given`: what was written after the option.

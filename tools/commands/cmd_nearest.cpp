@@ -6,6 +6,7 @@
 #include "index/text.h"
 #include "index/workers.h"
 #include "tools/commands/commands.h"
+#include "tools/commands/shared/filter_arguments.h"
 #include "tools/commands/shared/nearest_rows.h"
 #include "tools/commands/shared/point_file.h"
 #include "tools/commands/shared/remote_arguments.h"
@@ -26,12 +27,13 @@ namespace {
 
 struct NearestArguments {
   std::shared_ptr<const RemoteArguments> remote;
+  std::shared_ptr<const FilterArguments> filter;
   std::string set, points, budget = "256MiB", engine = "packed";
   std::vector<std::string> coordinates, box, ray;
   std::size_t k = 1;
   double epsilon = 0, radius = -1, tolerance = 1, slope = 0;
   unsigned threads = 1;
-  bool k_given = false, approximate = false, json = false, tsv = false;
+  bool k_given = false, approximate = false, of_cells = false, json = false, tsv = false;
 };
 
 std::vector<double> numbers(const std::string& option, const std::vector<std::string>& words) {
@@ -48,7 +50,7 @@ std::vector<Vector3d> pointsOf(const NearestArguments& a) {
 }
 
 NearestQuery queryOf(const NearestArguments& a) {
-  NearestQuery query{.k = a.k, .epsilon = a.epsilon, .approximate = a.approximate};
+  NearestQuery query{.k = a.k, .epsilon = a.epsilon, .approximate = a.approximate, .of_cells = a.of_cells};
   if (a.radius >= 0) {
     query.max_distance_um = a.radius;
     if (!a.k_given) query.k = SIZE_MAX;
@@ -71,7 +73,7 @@ struct Search {
 
   void box() const {
     const std::vector<double> c = numbers("--box", a.box);
-    const std::vector<NearestResult> found = nearest.inBox({c[0], c[1], c[2]}, {c[3], c[4], c[5]});
+    const std::vector<NearestResult> found = nearest.inBox({c[0], c[1], c[2]}, {c[3], c[4], c[5]}, a.of_cells);
     text.readAhead(found);
     for (const NearestResult& r : found) {
       std::string row;
@@ -86,7 +88,8 @@ struct Search {
                        .direction = {c[3], c[4], c[5]},
                        .radius_um = a.tolerance,
                        .slope = a.slope,
-                       .most = a.k};
+                       .most = a.k,
+                       .of_cells = a.of_cells};
     std::uint32_t rank = 0;
     const std::vector<RayHit> hits = nearest.alongRay(ray);
     text.readAhead(hits);
@@ -141,7 +144,9 @@ int runNearest(const NearestArguments& a, Ranks* ranks) {
   const bool is_first = ranks == nullptr || ranks->rank() == 0;
   const std::vector<Vector3d> points = is_first ? pointsOf(a) : std::vector<Vector3d>();
   const auto set = TileSet::open(a.set, a.remote->options());
-  const Nearest nearest(*set, {.engine = a.engine, .budget_bytes = parseBytes("--budget", a.budget)});
+  const Nearest nearest(*set, {.engine = a.engine,
+                               .budget_bytes = parseBytes("--budget", a.budget),
+                               .filter = a.filter->filter(*set, a.threads)});
   NearestRowText text(*set, a.json);
   NearestRowWriter writer(std::cout, a.json, !a.ray.empty());
   const Search search{a, nearest, text, writer};
@@ -168,7 +173,8 @@ void addNearestThat(CLI::App& app, Chosen& chosen, const NearestRun& run) {
   command->footer(
       "Examples:\n  filiform nearest column.fil 12.5 -300 40 --k 3\n  filiform nearest column.fil --points soma.txt "
       "--json\n  filiform nearest column.fil --box 0 700 0 20 720 20\n"
-      "  filiform nearest column.fil --ray 0 700 -500 0 0 1 --k 5");
+      "  filiform nearest column.fil --ray 0 700 -500 0 0 1 --k 5\n"
+      "  filiform nearest column.fil 12.5 -300 40 --cells --k 5 --type axon --not-cell CELL");
   command->add_option("SET", arguments->set, "tile set, or its address")->required();
   command->add_option("XYZ", arguments->coordinates, "point, um")->expected(3)->type_name("X Y Z");
   command->add_option("--points", arguments->points, "read points from this file, one 'x y z' a line; - for stdin")
@@ -182,6 +188,11 @@ void addNearestThat(CLI::App& app, Chosen& chosen, const NearestRun& run) {
           ->capture_default_str();
   CLI::Option* approximate = command->add_flag("--approximate", arguments->approximate,
                                                "answer from the set's landmarks, without reading a tile");
+  CLI::Option* cells =
+      command->add_flag("--cells", arguments->of_cells, "find cells, each by its first segment; --k counts cells");
+  arguments->filter = addFilterArguments(*command);
+  approximate->excludes(cells);
+  for (CLI::Option* const option : arguments->filter->options) approximate->excludes(option);
   command->add_option("--engine", arguments->engine, "search a tile with packed, or with cgal as a reference")
       ->capture_default_str();
   command->add_option("--budget", arguments->budget, "keep at most this memory of tiles between queries")

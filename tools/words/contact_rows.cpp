@@ -13,38 +13,6 @@
 #include <set>
 
 namespace filiform::tools {
-namespace {
-
-constexpr std::uint16_t kBasalType = 3, kApicalType = 4;
-
-}  // namespace
-
-std::vector<std::uint16_t> parseContactTypes(const std::string& words, const std::string& option) {
-  std::set<std::uint16_t> types;
-  bool any = false;
-  for (std::size_t begin = 0; begin <= words.size();) {
-    const std::size_t end = std::min(words.find('+', begin), words.size());
-    const std::string word = words.substr(begin, end - begin);
-    begin = end + 1;
-    if (word == "any") {
-      any = true;
-    } else if (word == "dendrite") {
-      types.insert({kBasalType, kApicalType});
-    } else if (const auto type = neuriteType(word)) {
-      types.insert(*type);
-    } else {
-      NearNames near(word);
-      for (const std::string_view name : neuriteTypeNames()) near.offer(std::string(name));
-      near.offer("dendrite");
-      near.offer("any");
-      throw UsageError(option + " '" + escaped(word, 80) +
-                       "': give axon, dendrite, basal, apical, soma, undefined, any or a code of SWC for each side" +
-                       didYouMean(near.names()));
-    }
-  }
-  if (any) return {};
-  return {types.begin(), types.end()};
-}
 
 std::string contactTitles() {
   std::string line = "from\tto\tdistance_um\tpairs";

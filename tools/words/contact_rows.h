@@ -15,9 +15,6 @@
 
 namespace filiform::tools {
 
-// The types of one side: words with `+` between, ascending; empty for `any`. Throws UsageError with near names.
-std::vector<std::uint16_t> parseContactTypes(const std::string& words, const std::string& option = "--types");
-
 std::string contactTitles();  // the first line
 void appendContactRow(std::string& rows, const TileStore& store, const ContactSite& site);
 

@@ -3,20 +3,23 @@
 #pragma once
 
 #include "index/errors.h"
+#include "index/file/future_read.h"
+#include "index/query/internal/segment_sieve.h"
 #include "index/set/reads_at_once.h"
 #include "index/set/tile_store.h"
 #include "index/tile/tile_engine.h"
-#include "index/workers.h"
 
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <condition_variable>
 #include <cstdint>
 #include <deque>
 #include <iterator>
 #include <list>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <string>
 #include <unordered_map>
@@ -28,7 +31,9 @@ namespace filiform::internal {
 
 struct SearchTile {
   std::shared_ptr<const Tile> tile;
-  std::shared_ptr<const TileEngine> engine;
+  std::shared_ptr<const TileEngine> engine;         // over the wanted segments
+  std::shared_ptr<const TileEngine> ghosts;         // over ghosts that may be wanted; null: there are none
+  std::shared_ptr<const std::vector<bool>> wanted;  // by segment, of owned ones; null without a filter of types
   std::uint64_t bytes;
 };
 
@@ -42,9 +47,10 @@ class TileCache {
  public:
   static constexpr std::size_t kLeastAhead = 64;
 
-  // `engine`: see makeTileEngine().
-  TileCache(const TileStore& store, std::string engine, std::uint64_t budget_bytes)
+  // `engine`: see makeTileEngine(). The store and the sieve must outlive this object.
+  TileCache(const TileStore& store, const SegmentSieve& sieve, std::string engine, std::uint64_t budget_bytes)
       : store_(store),
+        sieve_(sieve),
         engine_(std::move(engine)),
         budget_bytes_(budget_bytes),
         pages_(store.tile_count() / kPageSlots + 1) {}
@@ -66,6 +72,7 @@ class TileCache {
     }
     explicit operator bool() const { return slot_ != nullptr; }
     const SearchTile* operator->() const { return tile_; }
+    const SearchTile& operator*() const { return *tile_; }
 
    private:
     friend class TileCache;
@@ -106,40 +113,57 @@ class TileCache {
     return lease;
   }
 
-  // Reads those of the tiles that are not here, many at once; none if only one is missing. They count as read when
-  // get() takes them, so that results do not depend on where the set is. Until then they take at most half of the
-  // budget, or the space of kLeastAhead tiles: of a longer list, the first are read. Returns false if a read failed;
-  // get() tries it again.
+  // Reads those of the tiles that are not here, many at once, and waits for those that another thread reads. They count
+  // as read when get() takes them, so that results do not depend on where the set is. Until then they take at most half
+  // of the budget, or the space of kLeastAhead tiles: of a longer list, the first are read. Returns false if a read
+  // failed; get() tries it again.
   bool readAhead(std::span<const TileId> tiles) {
-    const std::size_t most = mostAhead();
-    std::unordered_set<TileId> wanted;
-    std::vector<TileId> absent;
+    std::vector<TileId> mine, others;
     {
       const std::lock_guard lock(mutex_);
+      std::unordered_set<TileId> wanted;
       for (const TileId tile : tiles) {
-        if (isHere(tile) || wanted.size() == most || !wanted.insert(tile).second) continue;
-        if (const auto at = ahead_places_.find(tile); at == ahead_places_.end())
-          absent.push_back(tile);
-        else
+        if (isHere(tile) || wanted.size() == mostAhead() || !wanted.insert(tile).second) continue;
+        if (const auto at = ahead_places_.find(tile); at != ahead_places_.end())
           ahead_.splice(ahead_.end(), ahead_, at->second);
+        else
+          (under_way_.insert(tile).second ? mine : others).push_back(tile);
       }
     }
-    if (absent.size() < 2) return true;
-    std::sort(absent.begin(), absent.end());
-    try {
-      runItems(absent.size(), mostReadThreads(), [&](std::size_t i) { keepAhead(load(absent[i])); });
-    } catch (const Error&) {
-      return false;
+    bool all = true;
+    {
+      const UnderWay landing{*this, mine};
+      std::sort(mine.begin(), mine.end());
+      std::vector<FutureRead<SearchTile>> reads;
+      for (const TileId tile : mine)
+        reads.emplace_back(mine.size() > 1 ? &readThreads() : nullptr, [this, tile] { return load(tile); });
+      for (FutureRead<SearchTile>& read : reads) {
+        try {
+          keepAhead(read.get());
+        } catch (const Error&) {
+          all = false;
+        }
+      }
     }
-    return true;
+    std::unique_lock lock(mutex_);
+    for (const TileId tile : others) arrived_.wait(lock, [&] { return !under_way_.contains(tile); });
+    return all;
+  }
+  // The most tiles that are kept between readAhead() and get().
+  std::size_t mostAhead() const {
+    const std::uint64_t a_tile = 1 + store_.decodedBytes() / std::max<std::uint64_t>(store_.tile_count(), 1);
+    return std::max<std::uint64_t>(kLeastAhead, budget_bytes_ / 2 / a_tile);
   }
 
-  // The engine of a tile that is here or was read ahead, which stays where it is; nullptr: neither.
-  std::shared_ptr<const TileEngine> engineOf(TileId tile) {
-    if (const Lease here = find(tile)) return here->engine;
+  // Leaves all ghosts out of tiles that are read from now on. Call it before any tile is read.
+  void leaveGhostsOut() { with_ghosts_ = false; }
+
+  // A tile that is here or was read ahead, which stays where it is; nullopt: neither.
+  std::optional<SearchTile> peek(TileId tile) {
+    if (const Lease here = find(tile)) return *here.tile_;
     const std::lock_guard lock(mutex_);
     const auto at = ahead_places_.find(tile);
-    return at == ahead_places_.end() ? nullptr : at->second->engine;
+    return at == ahead_places_.end() ? std::nullopt : std::optional(*at->second);
   }
 
   bool isHere(TileId tile) const {
@@ -164,6 +188,17 @@ class TileCache {
   static constexpr TileId kPageSlots = 256;
   using Page = std::array<Slot, kPageSlots>;
 
+  // Tiles that readAhead() reads: until its destruction.
+  struct UnderWay {
+    TileCache& cache;
+    const std::vector<TileId>& tiles;
+    ~UnderWay() {
+      const std::lock_guard lock(cache.mutex_);
+      for (const TileId tile : tiles) cache.under_way_.erase(tile);
+      cache.arrived_.notify_all();
+    }
+  };
+
   // Null if no tile near it was ever here.
   Slot* slotOf(TileId tile) const {
     Page* const page = pages_[tile / kPageSlots].load(std::memory_order_acquire);
@@ -176,16 +211,27 @@ class TileCache {
   }
 
   SearchTile load(TileId tile) const {
-    SearchTile read{store_.loadToSearch(tile), nullptr, 0};
-    read.engine = makeTileEngine(engine_, read.tile);
-    read.bytes = read.tile->bytes() + read.engine->bytes();
+    if (sieve_.takesAll()) {
+      SearchTile read{store_.loadToSearch(tile), nullptr, nullptr, nullptr, 0};
+      read.engine = makeTileEngine(engine_, read.tile);
+      read.bytes = read.tile->bytes() + read.engine->bytes();
+      return read;
+    }
+    const bool looks = sieve_.ofTypes() && !sieve_.allTypesOf(store_.entry(tile));
+    FutureRead<TileAppearance> look(looks && store_.isRemote() ? &readThreads() : nullptr,
+                                    [this, tile] { return store_.loadAppearance(tile); });
+    SearchTile read{store_.loadToSearch(tile), nullptr, nullptr, nullptr, 0};
+    const TileAppearance types = looks ? look.get() : TileAppearance();
+    SegmentSieve::Sifted sifted = sieve_.sift(*read.tile, looks ? &types : nullptr, with_ghosts_);
+    const bool unsure = !sifted.unsure.empty();
+    read.engine = makeTileEngine(engine_, read.tile, std::move(sifted.sure));
+    if (unsure) read.ghosts = makeTileEngine(engine_, read.tile, std::move(sifted.unsure));
+    if (sieve_.ofTypes()) read.wanted = std::make_shared<const std::vector<bool>>(std::move(sifted.wanted));
+    read.bytes = read.tile->bytes() + read.engine->bytes() + (unsure ? read.ghosts->bytes() : 0) +
+                 read.tile->segment_count() / 8;
     return read;
   }
 
-  std::size_t mostAhead() const {
-    const std::uint64_t a_tile = 1 + store_.decodedBytes() / std::max<std::uint64_t>(store_.tile_count(), 1);
-    return std::max<std::uint64_t>(kLeastAhead, budget_bytes_ / 2 / a_tile);
-  }
   void keepAhead(SearchTile&& read) {
     const TileId tile = read.tile->id();
     const std::lock_guard lock(mutex_);
@@ -228,7 +274,9 @@ class TileCache {
   }
 
   const TileStore& store_;
+  const SegmentSieve& sieve_;
   const std::string engine_;
+  bool with_ghosts_ = true;
   const std::uint64_t budget_bytes_;
   std::vector<std::atomic<Page*>> pages_;
   mutable std::mutex mutex_;
@@ -238,6 +286,8 @@ class TileCache {
   std::list<SearchTile> ahead_;  // read ahead and not used yet, the oldest first
   std::unordered_map<TileId, std::list<SearchTile>::iterator> ahead_places_;
   std::uint64_t ahead_bytes_ = 0;
+  std::unordered_set<TileId> under_way_;  // by readAhead()
+  std::condition_variable arrived_;       // some of them
 };
 
 }  // namespace filiform::internal

@@ -22,7 +22,7 @@ class TileRounds {
 
   // Call it before tile `i` of the list is visited; `tiles` may grow meanwhile.
   void before(std::size_t i, std::span<const TileId> tiles) {
-    if (cache_ == nullptr || i < end_ || cache_->engineOf(tiles[i]) != nullptr) return;
+    if (cache_ == nullptr || i < end_ || cache_->peek(tiles[i])) return;
     end_ = std::min(tiles.size(), i + length_);
     cache_->readAhead(tiles.subspan(i, end_ - i));
     length_ = std::min(2 * length_, kMost);

@@ -234,15 +234,20 @@ TEST_F(LevelsCheck, FindsWhatBruteForceFindsInDamagedLevels) {
   SCOPED_TRACE(seed);
   std::mt19937_64 random(seed);
   std::vector<Cell> cells = test::randomColumn(seed, 16, 400, 10);
-  for (Cell& cell : cells) {  // somata become balls
+  for (Cell& cell : cells) {  // somata become balls; the neurites are folded into a small cube, so that many hide others
     cell.types.front() = kSomaType;
-    cell.radii_um.front() = 6;
+    cell.radii_um.front() = 0.8f;
+    for (Vector3d& p_W : cell.positions_um)
+      for (double& coordinate : p_W) coordinate = std::abs(std::remainder(coordinate, 24));
   }
   ingestCells(std::move(cells), {.capacity = 24});
   expectNoProblems();
   const auto set = TileSet::open(path_);
   const auto levels = Levels::open(*set);
   ASSERT_GT(levels->size(), 4u);
+  std::uint64_t hidden = 0;
+  for (LevelId level = 0; level < levels->size(); ++level) hidden += levels->entry(level).hidden;
+  ASSERT_GT(hidden, 0u);
   const std::uint32_t cell_count = set->cell_count();
 
   const auto pick = [&](const OpenTile& t) { return random() % t.segments.size(); };

@@ -1,14 +1,17 @@
 // Exact searches in a set that is far away: the same results, in fewer rounds of reads.
 #include "index/ingest/ingest.h"
+#include "index/query/internal/tile_cache.h"
 #include "index/query/nearest.h"
 #include "index/set/tile_set.h"
 #include "tests/support/scenes/random_cells.h"
 #include "tests/support/scenes/slow_folder.h"
 #include "tests/support/temp_folder.h"
 
+#include <algorithm>
 #include <memory>
 #include <random>
 #include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -18,7 +21,10 @@ namespace {
 class NearestRemoteTest : public ::testing::Test {
  protected:
   NearestRemoteTest() {
-    CellList cells(test::randomColumn(7, 20, 500, 300));
+    std::vector<Cell> column = test::randomColumn(7, 20, 500, 300);
+    for (Cell& cell : column)
+      for (std::size_t i = 0; i < cell.types.size(); i += 60) cell.types[i] = 7;
+    CellList cells(std::move(column));
     ingest(cells, folder_ / "a.fil", {.capacity = 64, .page_tiles = 64});
     near_ = TileSet::open(folder_ / "a.fil");
     auto source = std::make_unique<test::SlowFolder>(folder_ / "a.fil", true);
@@ -125,6 +131,57 @@ TEST_P(ManyTilesAtOnceTest, TileThatFailsOnceIsReadAgain) {
   const_cast<test::SlowFolder*>(slow_)->fail_at = 10;
   const Vector3d corner_W = Vector3d::Constant(120);
   expectSame(nearby_.inBox(-corner_W, corner_W), far_away_.inBox(-corner_W, corner_W));
+}
+
+TEST_P(ManyTilesAtOnceTest, Filters) {
+  const std::vector<std::uint32_t> one{3}, some{1, 4, 5, 9, 17};
+  for (const SegmentFilter& filter : {SegmentFilter{.cells = {}, .types = {7}}, SegmentFilter{.cells = one},
+                                      SegmentFilter{.cells = some}, SegmentFilter{.cells = some, .types = {7, 2}}}) {
+    NearestOptions options = options_;
+    options.filter = filter;
+    const Nearest nearby(*near_, options), far_away(*far_, options);
+    const std::vector<Vector3d> points = places(45, 80);
+    const auto found = far_away.findAll(points, {.k = 3}), expected = nearby.findAll(points, {.k = 3});
+    for (std::size_t i = 0; i < points.size(); ++i) expectSame(expected[i], found[i]);
+    const Vector3d corner_W = Vector3d::Constant(100);
+    expectSame(nearby.inBox(-corner_W, corner_W), far_away.inBox(-corner_W, corner_W));
+    const RayQuery ray{.origin_W = Vector3d(-400, 3, 5), .direction = Vector3d(1, .1, .05), .radius_um = 30, .most = 5};
+    expectSame(nearby.alongRay(ray), far_away.alongRay(ray));
+  }
+}
+
+// Few rounds of reads, each waited for once. Tile by tile, there would be as many rounds as tiles. A thread that starts
+// late can make two rounds of one, so all bounds are doubled.
+class RoundsOfReadsTest : public NearestRemoteTest {
+ protected:
+  // Of `tiles` that are read kLeastAhead at a time; or first `first`, then twice as many each time.
+  static int most(std::uint32_t tiles, std::uint32_t first = internal::TileCache::kLeastAhead) {
+    int rounds = 0;
+    for (std::uint32_t done = 0; done < tiles; ++rounds, first = std::min<std::uint32_t>(2 * first, 64)) done += first;
+    return 2 * rounds;
+  }
+  int rounds() const { return slow_->rounds; }
+  const Nearest far_away_{*far_};
+};
+
+TEST_F(RoundsOfReadsTest, Box) {
+  const std::uint32_t tiles = far_away_.inBox(Vector3d::Constant(-120), Vector3d::Constant(120)).at(0).tiles_read;
+  ASSERT_GT(tiles, 100u);
+  EXPECT_LE(rounds(), most(tiles));
+}
+
+TEST_F(RoundsOfReadsTest, Ray) {
+  RayQuery ray{.origin_W = Vector3d(-400, 3, 5), .direction = Vector3d(1, .1, .05), .radius_um = 20, .most = 60};
+  const std::uint32_t tiles = far_away_.alongRay(ray).at(0).tiles_read;
+  ASSERT_GT(tiles, 16u);
+  EXPECT_LE(rounds(), most(tiles, 4));
+}
+
+// A point needs at most six rounds: 2, 4 .. 64 tiles. Meanwhile 64 points are under way.
+TEST_F(RoundsOfReadsTest, Batch) {
+  far_away_.findAll(places(44, 400), {.k = 2});
+  ASSERT_GT(slow_->reads, 100);
+  EXPECT_LE(rounds(), 2 * 6 + most(static_cast<std::uint32_t>(slow_->reads))) << "seed 44";
 }
 
 INSTANTIATE_TEST_SUITE_P(Memory, ManyTilesAtOnceTest, ::testing::Values(0, UINT64_MAX));

@@ -1,5 +1,5 @@
-// SlowFolder: a folder whose reads of tiles take some time; counts them, and those under way. Thread rule: internally
-// synchronised; set `fail_at` before use.
+// SlowFolder: a folder whose reads of tiles take some time; counts them, those under way, and their rounds. Thread
+// rule: internally synchronised; set `fail_at` before use.
 #pragma once
 
 #include "index/errors.h"
@@ -21,19 +21,23 @@ class SlowFolder final : public TileSource {
   bool isRemote() const override { return remote_; }
   void read(const std::string& name, std::uint64_t offset, std::span<std::uint8_t> bytes) const override {
     if (name.ends_with(".pack")) {
-      const int now = ++under_way;
-      for (int most = most_under_way; now > most && !most_under_way.compare_exchange_weak(most, now);) {
-      }
+      raise(most_under_way, ++under_way);
+      const int round = rounds + 1;
       if (++reads == fail_at) throw IoError(describe(name), "an injected fault");
       std::this_thread::sleep_for(std::chrono::milliseconds(remote_ ? 20 : 1));
       --under_way;
+      raise(rounds, round);
     }
     source_->read(name, offset, bytes);
   }
   mutable std::atomic<int> under_way{0}, most_under_way{0}, reads{0};
+  mutable std::atomic<int> rounds{0};  // the longest chain of reads, each begun after the end of the one before
   int fail_at = 0;
 
  private:
+  static void raise(std::atomic<int>& most, int value) {
+    for (int before = most; value > before && !most.compare_exchange_weak(before, value);) continue;
+  }
   std::unique_ptr<TileSource> source_;
   bool remote_;
 };

@@ -119,5 +119,62 @@ TEST_F(NearestCommand, OneKindOfQueryAtATime) {
   EXPECT_EQ(runFiliform({"nearest", set_}).exit_code, 2);
 }
 
+// Three cells along x, one below the other: their axons are at y = 1, their dendrites at y = 0.
+class FilteredNearestCommand : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    for (int c = 0; c < 3; ++c) {
+      const std::string z = std::to_string(10 * c);
+      test::writeBytes(
+          folder_ / ("in/cell" + std::to_string(c) + ".swc"),
+          "1 3 0 0 " + z + " 1 -1\n2 3 40 0 " + z + " 1 1\n3 2 0 1 " + z + " 1 1\n4 2 40 1 " + z + " 1 3\n");
+    }
+    test::writeBytes(folder_ / "layers.tsv", "name\tlayer\ncell0\t1\ncell1\t5\ncell2\t6\n");
+    const Outcome made = runFiliform({"ingest", folder_ / "in", "-o", set_, "--capacity", "2", "--attributes",
+                                      folder_ / "layers.tsv", "--key", "name"});
+    ASSERT_EQ(made.exit_code, 0) << made.err;
+  }
+  // The cells and samples of the rows: `cell0:2 cell1:2 `.
+  std::string found(std::vector<std::string> arguments) const {
+    arguments.insert(arguments.begin(), {"nearest", set_});
+    arguments.push_back("--json");
+    const Outcome outcome = runFiliform(arguments);
+    if (outcome.exit_code != 0) return outcome.err;
+    std::string all;
+    for (const auto& row : nlohmann::json::parse(outcome.out))
+      all += row.at("cell").get<std::string>() + ":" + std::to_string(row.at("sample").get<int>()) + " ";
+    return all;
+  }
+  test::TempFolder folder_;
+  std::string set_ = folder_ / "cells.fil";
+};
+
+TEST_F(FilteredNearestCommand, EachQueryTakesFilters) {
+  EXPECT_EQ(found({"20", "0", "0"}), "cell0:2 ");
+  EXPECT_EQ(found({"20", "0", "0", "--type", "axon"}), "cell0:4 ");
+  EXPECT_EQ(found({"20", "0", "0", "--cell", "cell2"}), "cell2:2 ");
+  EXPECT_EQ(found({"20", "0", "0", "--not-cell", "cell0", "--type", "2"}), "cell1:4 ");
+  EXPECT_EQ(found({"20", "0", "0", "--where", "layer>=5", "--where", "layer!=5"}), "cell2:2 ");
+  EXPECT_EQ(found({"20", "0", "0", "--cells", "--k", "3"}), "cell0:2 cell1:2 cell2:2 ");
+  EXPECT_EQ(found({"20", "0", "0", "--radius", "10", "--type", "axon,soma", "--cells"}), "cell0:4 ");
+  EXPECT_EQ(found({"--box", "19", "-1", "-1", "21", "2", "12", "--type", "axon"}), "cell0:4 cell1:4 ");
+  EXPECT_EQ(found({"--ray", "20", "0", "-5", "0", "0", "1", "--k", "5", "--cells", "--not-cell", "cell1"}),
+            "cell0:2 cell2:2 ");
+  test::writeBytes(folder_ / "points.txt", "20 0 0\n20 0 20\n");
+  EXPECT_EQ(found({"--points", folder_ / "points.txt", "--where", "layer<6", "--type", "dendrite"}),
+            "cell0:2 cell1:2 ");
+}
+
+TEST_F(FilteredNearestCommand, MistakesAreNamedWithNearNames) {
+  EXPECT_NE(found({"0", "0", "0", "--cell", "cel1"}).find("did you mean"), std::string::npos);
+  EXPECT_NE(found({"0", "0", "0", "--not-cell", "cel1"}).find("--not-cell"), std::string::npos);
+  EXPECT_NE(found({"0", "0", "0", "--type", "axn"}).find("did you mean 'axon'"), std::string::npos);
+  EXPECT_NE(found({"0", "0", "0", "--where", "depth=1"}).find("layer"), std::string::npos);
+  EXPECT_NE(found({"0", "0", "0", "--approximate", "--type", "axon"}).find("--type"), std::string::npos);
+  const Outcome none = runFiliform({"nearest", set_, "0", "0", "0", "--where", "layer=7"});
+  EXPECT_EQ(none.exit_code, 0);
+  EXPECT_NE(none.err.find("no cell meets the conditions"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace filiform

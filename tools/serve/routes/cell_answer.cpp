@@ -27,17 +27,6 @@ std::uint32_t cellNamed(const ServedSet& served, const std::string& name) {
   return *cell;
 }
 
-// A part of a name is enough, as in the program; in a set too large to compare all names, the whole name is needed.
-std::uint32_t cellOfPlace(const ServedSet& served, const CellPlaceText& place, const char* parameter) {
-  const TileStore& store = served.store();
-  if (store.cell_count() > limits::kScannedCells) return cellNamed(served, place.cell);
-  try {
-    return findCellNamed(store, place.cell, parameter);
-  } catch (const UsageError& error) {
-    throw Refusal(404, error.what());
-  }
-}
-
 // Parallel lists, one entry a sample. `parent` is a position in these lists, -1 for a root.
 Json samplesJson(const CellGraph& graph) {
   Json json{{"id", graph.sample_ids}};
@@ -54,22 +43,11 @@ Json samplesJson(const CellGraph& graph) {
   return json;
 }
 
-// The cells that meet `conditions`, which `;` parts; nullopt without any.
+// The cells that meet the conditions; nullopt without any.
 std::optional<std::vector<bool>> cellsWhere(const ServedSet& served, const std::optional<std::string>& conditions) {
   if (!conditions) return std::nullopt;
-  if (served.set().cell_count() > limits::kScannedCells)
-    throw Refusal(413, "where: the set has more than " + std::to_string(limits::kScannedCells) +
-                           " cells; use filiform cells --where on the set's files");
-  std::vector<std::string> each;
-  std::istringstream text(*conditions);
-  for (std::string condition; std::getline(text, condition, ';');) each.push_back(condition);
-  if (each.empty()) each.emplace_back();
   std::vector<bool> chosen(served.set().cell_count());
-  try {
-    for (const std::uint32_t cell : CellFilter(each).select(served.set(), served.attributes())) chosen[cell] = true;
-  } catch (const UsageError& error) {
-    throw Refusal(400, std::string(error.what()).substr(std::string_view("--").size()));
-  }
+  for (const std::uint32_t cell : cellsMeeting(served, *conditions)) chosen[cell] = true;
   return chosen;
 }
 
@@ -91,6 +69,31 @@ std::string samplesNpy(const CellGraph& graph) {
 }
 
 }  // namespace
+
+std::uint32_t cellLike(const ServedSet& served, const std::string& name, const std::string& parameter) {
+  const TileStore& store = served.store();
+  if (store.cell_count() > limits::kScannedCells) return cellNamed(served, name);
+  try {
+    return findCellNamed(store, name, parameter);
+  } catch (const UsageError& error) {
+    throw Refusal(404, error.what());
+  }
+}
+
+std::vector<std::uint32_t> cellsMeeting(const ServedSet& served, const std::string& conditions) {
+  if (served.set().cell_count() > limits::kScannedCells)
+    throw Refusal(413, "where: the set has more than " + std::to_string(limits::kScannedCells) +
+                           " cells; use filiform cells --where on the set's files");
+  std::vector<std::string> each;
+  std::istringstream text(conditions);
+  for (std::string condition; std::getline(text, condition, ';');) each.push_back(condition);
+  if (each.empty()) each.emplace_back();
+  try {
+    return CellFilter(each).select(served.set(), served.attributes());
+  } catch (const UsageError& error) {
+    throw Refusal(400, std::string(error.what()).substr(std::string_view("--").size()));
+  }
+}
 
 void refuseLargeCell(const CellRecord& cell) {
   if (cell.samples > limits::kCellSamples)
@@ -154,11 +157,11 @@ Answer pathAnswer(const Call& call) {
   if (!from_text || !to_text)
     throw Refusal(400, "give from=PLACE and to=PLACE, such as CELL:soma or CELL:ID, or to=tip for the farthest tip");
   const CellPlaceText from = parseCellPlace("from", *from_text);
-  const std::uint32_t id = cellOfPlace(*call.served, from, "from");
+  const std::uint32_t id = cellLike(*call.served, from.cell, "from");
   std::optional<CellPlaceText> to;
   if (*to_text != "tip") {
     to = parseCellPlace("to", *to_text);
-    if (cellOfPlace(*call.served, *to, "to") != id) throw Refusal(400, "a path joins two places of one cell");
+    if (cellLike(*call.served, to->cell, "to") != id) throw Refusal(400, "a path joins two places of one cell");
   }
   refuseLargeCell(call.served->store().cell(id));
   const CellPaths cell(readCell(call.served->kept(), id, from.needsTypes() || (to && to->needsTypes())));

@@ -3,12 +3,15 @@
 #include "tools/serve/routes/segment_rows.h"
 #include "tools/serve/routes/service.h"
 #include "tools/serve/sets/limits.h"
+#include "tools/words/filter_words.h"
 #include "tools/words/npy.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <span>
+#include <utility>
 
 namespace filiform::tools {
 
@@ -70,6 +73,26 @@ Vector3d pointOf(const std::vector<double>& numbers, std::size_t first) {
   return {numbers[first], numbers[first + 1], numbers[first + 2]};
 }
 
+// The search in the segments that the parameters name.
+std::shared_ptr<const Nearest> searchOf(const Call& call) {
+  const ServedSet& served = *call.served;
+  const Request& request = call.request;
+  FilterParts parts;
+  if (const auto name = request.parameter("cell")) parts.cells.push_back(cellLike(served, *name, "cell"));
+  if (const auto name = request.parameter("not_cell")) parts.not_cells.push_back(cellLike(served, *name, "not_cell"));
+  if (const auto types = request.parameter("type")) parts.types = parseSegmentTypes(*types, ',', "type");
+  if (const auto conditions = request.parameter("where")) parts.met = cellsMeeting(served, *conditions);
+  const SegmentFilter filter = filterOf(served.set().cell_count(), std::move(parts));
+  if (filter.takesAll()) return {call.served, &served.nearest()};
+  return served.filtered().with(filter);
+}
+
+bool wantsCells(const Request& request) {
+  const auto text = request.parameter("cells");
+  if (text && *text != "true" && *text != "false") throw Refusal(400, "cells must be true or false");
+  return text == "true";
+}
+
 // Limits the rows of an answer; `limit` is the request's, if it gives one.
 std::size_t rowLimit(const Request& request) { return request.whole("limit", 1, limits::kRows).value_or(10'000); }
 
@@ -83,6 +106,8 @@ Answer nearestAnswer(const Call& call) {
     throw Refusal(413, "points times k exceed " + std::to_string(limits::kRows) + "; send fewer points or a smaller k");
   SegmentRows rows(*call.served, wantsNpy(call.request), false);
   NearestQuery query = asked.query;
+  query.of_cells = wantsCells(call.request);
+  const std::shared_ptr<const Nearest> search = searchOf(call);
   if (asked.limited) ++query.k;  // one more shows that there are more
   // With large k, few points at once, so that their results need little memory.
   const std::size_t at_once = std::clamp<std::size_t>(limits::kRows / 10 / query.k, 1, kAtOnce);
@@ -90,7 +115,7 @@ Answer nearestAnswer(const Call& call) {
     TimedStore::check();
     const auto some = std::span(asked.points).subspan(begin, std::min(at_once, asked.points.size() - begin));
     std::size_t i = begin;
-    const std::vector<std::vector<NearestResult>> found = call.served->nearest().findAll(some, query);
+    const std::vector<std::vector<NearestResult>> found = search->findAll(some, query);
     call.served->sampleIds().readAhead(found);
     for (const std::vector<NearestResult>& results : found) {
       const std::size_t sent = std::min(results.size(), asked.query.k);
@@ -111,7 +136,7 @@ Answer boxAnswer(const Call& call) {
     throw Refusal(413, "the tiles that the box meets hold more than " + std::to_string(limits::kBoxSegments) +
                            " segments; ask for smaller boxes");
   SegmentRows rows(*call.served, wantsNpy(call.request), false);
-  const std::vector<NearestResult> found = call.served->nearest().inBox(lo_W, hi_W);
+  const std::vector<NearestResult> found = searchOf(call)->inBox(lo_W, hi_W, wantsCells(call.request));
   call.served->sampleIds().readAhead(found, most);
   for (std::size_t i = 0; i < std::min(found.size(), most); ++i) {
     if (i % kAtOnce == 0) TimedStore::check();
@@ -130,9 +155,10 @@ Answer rayAnswer(const Call& call) {
                .radius_um = call.request.number("tolerance").value_or(1),
                .slope = call.request.number("slope").value_or(0),
                .length_um = call.request.number("length").value_or(std::numeric_limits<double>::infinity()),
-               .most = most + 1};  // one more shows that there are more
+               .most = most + 1,  // one more shows that there are more
+               .of_cells = wantsCells(call.request)};
   SegmentRows rows(*call.served, wantsNpy(call.request), true);
-  const std::vector<RayHit> hits = call.served->nearest().alongRay(ray);
+  const std::vector<RayHit> hits = searchOf(call)->alongRay(ray);
   call.served->sampleIds().readAhead(hits, most);
   for (std::size_t i = 0; i < std::min(hits.size(), most); ++i) {
     const RayHit& hit = hits[i];

@@ -19,6 +19,20 @@ const RouteParameter kK{"k", "integer", "find this many segments a point, at mos
 const RouteParameter kEpsilon{"epsilon", "number", "allow distances up to (1 + epsilon) times the nearest; default: 0"};
 const RouteParameter kRadius{"radius", "number", "find only segments within this distance, um; without k up to 10000"};
 
+// Parameters, and those of filters, which nearest, box and ray share.
+std::vector<RouteParameter> withFilters(std::vector<RouteParameter> parameters) {
+  const std::array<RouteParameter, 5> filters{
+      {{"cell", "string", "find only segments of this cell; a part of its name is enough"},
+       {"not_cell", "string", "find no segments of this cell"},
+       {"type", "string",
+        "find only segments of these types: axon,basal,apical,dendrite,soma,undefined or codes of SWC"},
+       {"where", "string",
+        "find only segments of cells whose attribute meets NAME=VALUE, !=, <, <=, > or >=; ; between several"},
+       {"cells", "boolean", "find cells, each by its first segment; k counts cells; default: false"}}};
+  parameters.insert(parameters.end(), filters.begin(), filters.end());
+  return parameters;
+}
+
 const RouteParameter kVersion{"v", "string", "the version that the page states; the browser then keeps the file"};
 
 const RouteParameter kRevision{"revision", "string", "the revision of the set that the client has open"};
@@ -102,41 +116,23 @@ const std::vector<Route>& routeTable() {
        {},
        false,
        fileAnswer},
-      {"GET",
-       "/v1/sets/{set}/nearest",
-       "The segments nearest to a point",
-       kJsonType,
-       {{"at", "string", "X,Y,Z, um"}, kK, kEpsilon, kRadius},
-       false,
-       nearestAnswer},
-      {"POST",
-       "/v1/sets/{set}/nearest",
-       "The segments nearest to each of many points",
-       kJsonType,
-       {kK, kEpsilon, kRadius},
-       false,
-       nearestAnswer},
-      {"GET",
-       "/v1/sets/{set}/box",
-       "The segments that meet a box, nearest to its middle first",
-       kJsonType,
-       {{"lo", "string", "X,Y,Z, um: the lower corner"},
-        {"hi", "string", "X,Y,Z, um: the upper corner"},
-        {"limit", "integer", "give at most this many rows, at most 1000000; default: 10000"}},
-       false,
-       boxAnswer},
-      {"GET",
-       "/v1/sets/{set}/ray",
-       "The segments along a ray, the first along it first",
-       kJsonType,
-       {{"from", "string", "X,Y,Z, um"},
-        {"direction", "string", "X,Y,Z of any length except 0"},
-        {"k", "integer", "give at most this many rows, at most 10000; default: 1"},
-        {"tolerance", "number", "largest distance from the ray, um; default: 1"},
-        {"slope", "number", "increase of the tolerance for each um along the ray; default: 0"},
-        {"length", "number", "find only segments within this distance along the ray, um"}},
-       false,
-       rayAnswer},
+      {"GET", "/v1/sets/{set}/nearest", "The segments nearest to a point", kJsonType,
+       withFilters({{"at", "string", "X,Y,Z, um"}, kK, kEpsilon, kRadius}), false, nearestAnswer},
+      {"POST", "/v1/sets/{set}/nearest", "The segments nearest to each of many points", kJsonType,
+       withFilters({kK, kEpsilon, kRadius}), false, nearestAnswer},
+      {"GET", "/v1/sets/{set}/box", "The segments that meet a box, nearest to its middle first", kJsonType,
+       withFilters({{"lo", "string", "X,Y,Z, um: the lower corner"},
+                    {"hi", "string", "X,Y,Z, um: the upper corner"},
+                    {"limit", "integer", "give at most this many rows, at most 1000000; default: 10000"}}),
+       false, boxAnswer},
+      {"GET", "/v1/sets/{set}/ray", "The segments along a ray, the first along it first", kJsonType,
+       withFilters({{"from", "string", "X,Y,Z, um"},
+                    {"direction", "string", "X,Y,Z of any length except 0"},
+                    {"k", "integer", "give at most this many rows, at most 10000; default: 1"},
+                    {"tolerance", "number", "largest distance from the ray, um; default: 1"},
+                    {"slope", "number", "increase of the tolerance for each um along the ray; default: 0"},
+                    {"length", "number", "find only segments within this distance along the ray, um"}}),
+       false, rayAnswer},
       {"GET",
        "/v1/sets/{set}/path",
        "The path along a cell between two places",

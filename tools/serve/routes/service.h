@@ -39,6 +39,13 @@ bool wantsNpy(const Request& request);
 // Throws Refusal (413) if the cell has more samples than an answer may hold.
 void refuseLargeCell(const CellRecord& cell);
 
+// The cell with this name. A part of a name is enough, as in the program; in a set too large to compare all names, the
+// whole name is needed. Throws Refusal (404).
+std::uint32_t cellLike(const ServedSet& served, const std::string& name, const std::string& parameter);
+
+// The cells that meet `conditions`, which `;` parts. Throws Refusal (400; 413 for a set with many cells).
+std::vector<std::uint32_t> cellsMeeting(const ServedSet& served, const std::string& conditions);
+
 // Answers with the token in a cookie, and a redirect to `page`; 401 if it is not the server's.
 Answer tokenAnswer(const Call& call, const std::string& token, const std::string& page);
 

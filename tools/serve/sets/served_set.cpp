@@ -13,7 +13,8 @@ ServedSet::ServedSet(std::string name, const std::string& path, std::uint64_t bu
       attributes_(*set_),
       store_(*set_),
       kept_(store_, budget_bytes / 4),
-      nearest_(kept_, {.budget_bytes = budget_bytes / 2}),
+      nearest_(kept_, {.budget_bytes = budget_bytes / 8 * 3}),
+      filtered_(kept_, budget_bytes / 8),
       finder_(store_),
       sample_ids_(store_, budget_bytes / 4) {}
 

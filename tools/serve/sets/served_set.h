@@ -5,6 +5,7 @@
 #include "index/attributes/cell_attributes.h"
 #include "index/export/cell_numbers.h"
 #include "index/levels/levels.h"
+#include "index/query/filtered_searches.h"
 #include "index/query/kept_tiles.h"
 #include "index/query/nearest.h"
 #include "index/query/tile_finder.h"
@@ -23,8 +24,9 @@ namespace filiform::tools {
 
 class ServedSet {
  public:
-  // Opens the set's current revision. Of the budget, half is for the tiles of searches, a quarter for those of cells,
-  // and a quarter for sample ids. Throws as TileSet::open() and Levels::open() do.
+  // Opens the set's current revision. Of the budget, three eighths are for the tiles of searches, an eighth for those
+  // of searches with filters, a quarter for those of cells, and a quarter for sample ids. Throws as TileSet::open() and
+  // Levels::open() do.
   ServedSet(std::string name, const std::string& path, std::uint64_t budget_bytes, const RemoteOptions& remote = {});
 
   const std::string& name() const { return name_; }
@@ -35,6 +37,7 @@ class ServedSet {
   const TileStore& kept() const { return kept_; }         // likewise; its tiles stay in memory: for readCell()
   const CellAttributes& attributes() const { return attributes_; }
   const Nearest& nearest() const { return nearest_; }
+  FilteredSearches& filtered() const { return filtered_; }
   const TileFinder& finder() const { return finder_; }
   SampleIds& sampleIds() const { return sample_ids_; }
   // Made at the first call. Throws as CellNumbers() does, and AnswerTimeout.
@@ -52,6 +55,7 @@ class ServedSet {
   const TimedStore store_;
   const KeptTiles kept_;
   const Nearest nearest_;
+  mutable FilteredSearches filtered_;
   const TileFinder finder_;
   mutable SampleIds sample_ids_;
   mutable std::mutex late_mutex_;  // of what follows

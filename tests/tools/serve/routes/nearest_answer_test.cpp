@@ -155,5 +155,25 @@ TEST_F(NearestAnswer, ReadsEndWhenTheTimeIsOver) {
   EXPECT_THROW(TimedStore::check(), AnswerTimeout);
 }
 
+TEST_F(NearestAnswer, ParametersFilterTheSegments) {
+  const std::string name = column().set().cell(1).name, at = "/v1/sets/column/nearest?at=10,20,30&k=5";
+  const std::vector<NearestResult> of_cell =
+      Nearest(column().set(), {.filter = {.cells = std::vector{1u}}}).find(Vector3d(10, 20, 30), {.k = 5});
+  for (int i = 0; i < 2; ++i) {  // made, then kept
+    const Json rows = Json::parse(sets_.get(at + "&cell=" + name).body).at("rows");
+    ASSERT_EQ(rows.size(), of_cell.size());
+    for (std::size_t r = 0; r < rows.size(); ++r) EXPECT_EQ(rows[r].at("segment"), of_cell[r].segment.segment);
+  }
+  std::set<std::string> cells;
+  for (const Json& row : Json::parse(sets_.get(at + "&cells=true&not_cell=" + name).body).at("rows"))
+    cells.insert(row.at("cell"));
+  EXPECT_EQ(cells.size(), 5u);
+  EXPECT_FALSE(cells.contains(name));
+  EXPECT_EQ(Json::parse(sets_.get(at + "&type=77").body).at("rows").size(), 0u);
+  EXPECT_EQ(sets_.get(at + "&cell=nobody").status, 404u);
+  for (const char* wrong : {"&type=axn", "&cells=yes", "&where=depth%3D1"})
+    EXPECT_EQ(sets_.get(at + wrong).status, 400u) << wrong;
+}
+
 }  // namespace
 }  // namespace filiform::tools

@@ -1,0 +1,38 @@
+// FilteredSearches: searches with the filters that were asked for last, for programs in which each query names its own.
+//
+//   FilteredSearches searches(*set, 64 << 20);
+//   searches.with({.types = {2}})->find(p_W);
+//
+// Thread rule: internally synchronised.
+#pragma once
+
+#include "index/query/nearest.h"
+
+#include <cstdint>
+#include <list>
+#include <memory>
+#include <mutex>
+
+namespace filiform {
+
+class FilteredSearches {
+ public:
+  // `budget_bytes`: of the tiles of all searches together. The store must outlive the searches.
+  FilteredSearches(const TileStore& store, std::uint64_t budget_bytes) : store_(store), budget_bytes_(budget_bytes) {}
+
+  // Throws as Nearest. O(cells of the filters).
+  std::shared_ptr<const Nearest> with(const SegmentFilter& filter);
+
+ private:
+  static constexpr std::size_t kMost = 4;
+  struct Kept {
+    SegmentFilter filter;
+    std::shared_ptr<const Nearest> search;
+  };
+  const TileStore& store_;
+  const std::uint64_t budget_bytes_;
+  std::mutex mutex_;
+  std::list<Kept> kept_;  // the last one first
+};
+
+}  // namespace filiform
