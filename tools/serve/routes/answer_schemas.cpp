@@ -86,6 +86,12 @@ constexpr const char* kSchemas = R"json({
       "parent": {"type": "array", "items": {"type": "integer", "minimum": -1}}}},
     "links": {"type": "array", "items": {"type": "array", "items": {"$ref": "#/components/schemas/Count"},
       "minItems": 2, "maxItems": 2}}}}]},
+"Measures": {"type": "object", "required": ["truncated", "cursor", "rows"],
+  "properties": {"truncated": {"type": "boolean"}, "cursor": {"type": ["string", "null"]},
+    "rows": {"type": "array", "items": {"type": "object", "required": ["id", "name"],
+      "properties": {"id": {"$ref": "#/components/schemas/Count"}, "name": {"type": "string"}},
+      "additionalProperties": {"anyOf": [{"type": ["number", "string", "null"]},
+        {"type": "array", "items": {"$ref": "#/components/schemas/Count"}}]}}}}},
 "Capability": {"type": "object", "required": ["capability", "precomputed", "catmaid"],
   "properties": {"capability": {"type": ["string", "null"]}, "precomputed": {"type": "string"},
     "catmaid": {"type": "string"}}},
@@ -142,7 +148,7 @@ constexpr const char* kSchemas = R"json({
     "y": {"type": "number"}, "z": {"type": "number"}}}
 })json";
 
-constexpr std::array<std::pair<std::string_view, std::string_view>, 19> kSchemaOfRoute{{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 20> kSchemaOfRoute{{
     {"/v1/sets", "Sets"},
     {"/v1/sets/{set}", "Set"},
     {"/v1/sets/{set}/nearest", "Rows"},
@@ -151,6 +157,7 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 19> kSchemaO
     {"/v1/sets/{set}/path", "Path"},
     {"/v1/sets/{set}/cells", "Cells"},
     {"/v1/sets/{set}/cells/{cell}", "Cell"},
+    {"/v1/sets/{set}/measures", "Measures"},
     {"/v1/capability", "Capability"},
     {"/precomputed/{set}/info", "SkeletonInfo"},
     {"/precomputed/{set}/segment_properties/info", "SegmentProperties"},

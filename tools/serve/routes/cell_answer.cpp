@@ -101,27 +101,36 @@ void refuseLargeCell(const CellRecord& cell) {
                            " samples; use the program on the set's files");
 }
 
-Answer cellsAnswer(const Call& call) {
+std::optional<std::uint32_t> eachListedCell(const Call& call,
+                                            const std::function<bool(std::uint32_t, const CellRecord&)>& use) {
   const TileStore& store = call.served->store();
   const std::string glob = call.request.parameter("name").value_or("*");
   const auto chosen = cellsWhere(*call.served, call.request.parameter("where"));
   const std::uint32_t count = store.cell_count();
-  std::uint64_t cell = call.request.whole("cursor", 0, UINT32_MAX).value_or(0);
-  nlohmann::ordered_json rows = nlohmann::ordered_json::array();
-  for (std::uint32_t scanned = 0; cell < count && rows.size() < limits::kListedCells && scanned < limits::kScannedCells;
-       ++cell, ++scanned) {
-    if (scanned % 256 == 0) TimedStore::check();
-    const auto id = static_cast<std::uint32_t>(cell);
-    const CellRecord& record = store.cell(id);
-    if (record.removed || (chosen && !(*chosen)[id]) || !matchesName(glob, record.name)) continue;
-    rows.push_back(cellJson(id, record, store.grid()));
+  const auto first = static_cast<std::uint32_t>(call.request.whole("cursor", 0, UINT32_MAX).value_or(0));
+  for (std::uint32_t cell = first; cell < count; ++cell) {
+    if (cell - first >= limits::kScannedCells) return cell;
+    if ((cell - first) % 256 == 0) TimedStore::check();
+    const CellRecord& record = store.cell(cell);
+    if (record.removed || (chosen && !(*chosen)[cell]) || !matchesName(glob, record.name)) continue;
+    if (!use(cell, record)) return cell;
+  }
+  return std::nullopt;
+}
+
+Answer cellsAnswer(const Call& call) {
+  Json rows = Json::array();
+  const auto next = eachListedCell(call, [&](std::uint32_t cell, const CellRecord& record) {
+    if (rows.size() == limits::kListedCells) return false;
+    rows.push_back(cellJson(cell, record, call.served->store().grid()));
     rows.back().erase("length_um");  // not measured
     if (!call.served->attributes().empty())
-      rows.back()["attributes"] = attributesJson(call.served->attributes().of(id));
-  }
-  nlohmann::ordered_json json{{"truncated", cell < count}, {"cursor", nullptr}, {"cells", std::move(rows)}};
-  if (cell < count) json["cursor"] = std::to_string(cell);
-  return jsonAnswer(json);
+      rows.back()["attributes"] = attributesJson(call.served->attributes().of(cell));
+    return true;
+  });
+  return jsonAnswer({{"truncated", next.has_value()},
+                     {"cursor", next ? Json(std::to_string(*next)) : Json(nullptr)},
+                     {"cells", std::move(rows)}});
 }
 
 Answer cellAnswer(const Call& call) {

@@ -33,6 +33,14 @@ std::vector<RouteParameter> withFilters(std::vector<RouteParameter> parameters) 
   return parameters;
 }
 
+const RouteParameter kName{
+    "name", "string",
+    "only cells whose whole name matches; * stands for any text, ? for any byte; letter case does not count"};
+const RouteParameter kWhere{
+    "where", "string",
+    "only cells that meet all conditions on attributes, such as layer>=4;mtype=L5_*, as cells --where does"};
+const RouteParameter kCursor{"cursor", "string", "continue a list: the cursor of its last answer"};
+
 const RouteParameter kVersion{"v", "string", "the version that the page states; the browser then keeps the file"};
 
 const RouteParameter kRevision{"revision", "string", "the revision of the set that the client has open"};
@@ -147,11 +155,7 @@ const std::vector<Route>& routeTable() {
        "/v1/sets/{set}/cells",
        "The cells, up to 1000 at once",
        kJsonType,
-       {{"name", "string",
-         "list the cells whose whole name matches; * stands for any text, ? for any byte; letter case does not count"},
-        {"where", "string",
-         "list the cells that meet all conditions on attributes, such as layer>=4;mtype=L5_*, as cells --where does"},
-        {"cursor", "string", "continue a list: the cursor of its last answer"}},
+       {kName, kWhere, kCursor},
        false,
        cellsAnswer},
       {"GET",
@@ -161,6 +165,19 @@ const std::vector<Route>& routeTable() {
        {},
        false,
        cellAnswer},
+      {"GET",
+       "/v1/sets/{set}/measures",
+       "Measures of cells: rows of the table of filiform measure, of up to 1000 cells at once",
+       kJsonType,
+       {{"per", "string", "give a row for each cell, neurite, branch or type; default: cell"},
+        {"features", "string", "give these features, with commas between; all: all; default: eleven usual ones"},
+        {"type", "string", "measure only neurites of these types: axon, basal, apical, or codes of SWC"},
+        {"sholl", "number", "count crossings with spheres about the soma, every so many um"},
+        kName,
+        kWhere,
+        kCursor},
+       false,
+       measuresAnswer},
       {"GET", "/v1/session", "A WebSocket for a session, filiform.v1", kJsonType, {}, false, sessionAnswer},
       {"GET",
        "/v1/sets/{set}/desks/{desk}",

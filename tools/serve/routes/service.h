@@ -7,7 +7,10 @@
 #include "tools/serve/sets/set_shelf.h"
 #include "tools/words/answer.h"
 
+#include <cstdint>
+#include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -46,6 +49,11 @@ std::uint32_t cellLike(const ServedSet& served, const std::string& name, const s
 // The cells that meet `conditions`, which `;` parts. Throws Refusal (400; 413 for a set with many cells).
 std::vector<std::uint32_t> cellsMeeting(const ServedSet& served, const std::string& conditions);
 
+// Calls use() for each cell that the parameters `name` and `where` choose, from `cursor` on, until use() returns false,
+// or kScannedCells are compared. Returns the cursor of the first cell that is left; nullopt: none.
+std::optional<std::uint32_t> eachListedCell(const Call& call,
+                                            const std::function<bool(std::uint32_t, const CellRecord&)>& use);
+
 // Answers with the token in a cookie, and a redirect to `page`; 401 if it is not the server's.
 Answer tokenAnswer(const Call& call, const std::string& token, const std::string& page);
 
@@ -67,6 +75,7 @@ Answer rayAnswer(const Call& call);
 Answer pathAnswer(const Call& call);
 Answer cellsAnswer(const Call& call);
 Answer cellAnswer(const Call& call);
+Answer measuresAnswer(const Call& call);
 Answer sessionAnswer(const Call& call);
 Answer deskAnswer(const Call& call);
 Answer pictureAnswer(const Call& call);

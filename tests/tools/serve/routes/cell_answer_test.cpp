@@ -1,6 +1,7 @@
 // Cells and paths over the routes.
 #include "index/query/cell_graph.h"
 #include "tests/support/servers/served_sets.h"
+#include "tools/words/measure_table.h"
 
 #include <bit>
 #include <cstring>
@@ -40,6 +41,37 @@ TEST(CellAnswer, ConditionsOnAttributesChooseTheCells) {
     const Answer answer = sets.get(std::string("/v1/sets/column/cells?") + wrong);
     EXPECT_EQ(answer.status, 400u) << wrong;
     EXPECT_NE(answer.body.find("where"), std::string::npos) << answer.body;
+  }
+}
+
+TEST(CellAnswer, MeasuresAreThoseOfTheTable) {
+  const test::ServedSets sets;
+  const TileSet& set = sets.shelf->find("column")->set();
+  const MeasureTable table(set, {.rows = MeasureRows::kType, .features = parseFeatures("all"), .sholl_um = 20});
+  Json expected = Json::array();
+  table.measure(
+      {1, 2}, 1, [](std::size_t) {},
+      [&](const MeasureTable::Row& row) {
+        Json json = Json::object();
+        for (std::size_t i = 0; i < row.size(); ++i) json[table.columns()[i].title] = measureJson(row[i]);
+        expected.push_back(json);
+      });
+  ASSERT_GT(expected.size(), 2u);
+  Json rows = Json::array();
+  for (const std::string name : {set.cell(1).name, set.cell(2).name})
+    for (const Json& row : sets.json("/v1/sets/column/measures?per=type&features=all&sholl=20&name=" + name).at("rows"))
+      rows.push_back(row);
+  EXPECT_EQ(rows, expected);
+  const Json page = sets.json("/v1/sets/column/measures?cursor=1&where=layer%3E=4");
+  EXPECT_EQ(page.at("cursor"), nullptr);
+  for (const Json& row : page.at("rows")) EXPECT_GT(row.at("length").get<double>(), 0);
+  EXPECT_EQ(page.at("rows").size(), sets.json("/v1/sets/column/cells?cursor=1&where=layer%3E=4").at("cells").size());
+  for (const char* const wrong : {"per=cel", "per=set", "features=lenth", "type=soma", "sholl=0", "sholl=nan",
+                                  "sholl=5&per=branch", "where=layer"}) {
+    const Answer answer = sets.get(std::string("/v1/sets/column/measures?") + wrong);
+    EXPECT_EQ(answer.status, 400u) << wrong << ' ' << answer.body;
+    const std::string parameter = std::string(wrong).substr(0, std::string_view(wrong).find('='));
+    EXPECT_NE(answer.body.find(parameter), std::string::npos) << answer.body;
   }
 }
 
