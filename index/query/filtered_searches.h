@@ -8,6 +8,8 @@
 
 #include "index/query/nearest.h"
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <list>
 #include <memory>
@@ -21,7 +23,18 @@ class FilteredSearches {
   FilteredSearches(const TileStore& store, std::uint64_t budget_bytes) : store_(store), budget_bytes_(budget_bytes) {}
 
   // Throws as Nearest. O(cells of the filters).
-  std::shared_ptr<const Nearest> with(const SegmentFilter& filter);
+  std::shared_ptr<const Nearest> with(const SegmentFilter& filter) {
+    const std::lock_guard lock(mutex_);
+    const auto at = std::find_if(kept_.begin(), kept_.end(), [&](const Kept& one) { return one.filter == filter; });
+    if (at != kept_.end()) {
+      kept_.splice(kept_.begin(), kept_, at);
+    } else {
+      const NearestOptions options{.budget_bytes = budget_bytes_ / kMost, .filter = filter};
+      kept_.push_front({filter, std::make_shared<const Nearest>(store_, options)});
+      if (kept_.size() > kMost) kept_.pop_back();
+    }
+    return kept_.front().search;
+  }
 
  private:
   static constexpr std::size_t kMost = 4;

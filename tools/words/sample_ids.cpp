@@ -61,7 +61,7 @@ void SampleIds::readAhead(std::vector<std::uint32_t> cells) {
   }
   if (cells.size() < 2) return;
   try {
-    runItems(cells.size(), mostReadThreads(), [&](std::size_t i) { cell(cells[i]); });
+    runItems(cells.size(), 4 * std::size_t{mostReadThreads()}, [&](std::size_t i) { cell(cells[i]); });
   } catch (const Error&) {
   }
 }

@@ -233,8 +233,9 @@ TEST_F(LevelsCheck, FindsWhatBruteForceFindsInDamagedLevels) {
   const std::uint64_t seed = 411;
   SCOPED_TRACE(seed);
   std::mt19937_64 random(seed);
-  std::vector<Cell> cells = test::randomColumn(seed, 16, 400, 10);
-  for (Cell& cell : cells) {  // somata become balls; the neurites are folded into a small cube, so that many hide others
+  std::vector<Cell> cells = test::randomColumn(seed, 10, 300, 10);
+  // Somata become balls. The neurites are folded into a small cube, so that many hide others.
+  for (Cell& cell : cells) {
     cell.types.front() = kSomaType;
     cell.radii_um.front() = 0.8f;
     for (Vector3d& p_W : cell.positions_um)

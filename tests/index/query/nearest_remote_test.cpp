@@ -140,7 +140,7 @@ TEST_P(ManyTilesAtOnceTest, Filters) {
     NearestOptions options = options_;
     options.filter = filter;
     const Nearest nearby(*near_, options), far_away(*far_, options);
-    const std::vector<Vector3d> points = places(45, 80);
+    const std::vector<Vector3d> points = places(45, GetParam() == 0 ? 8 : 80);
     const auto found = far_away.findAll(points, {.k = 3}), expected = nearby.findAll(points, {.k = 3});
     for (std::size_t i = 0; i < points.size(); ++i) expectSame(expected[i], found[i]);
     const Vector3d corner_W = Vector3d::Constant(100);
@@ -166,12 +166,12 @@ class RoundsOfReadsTest : public NearestRemoteTest {
 
 TEST_F(RoundsOfReadsTest, Box) {
   const std::uint32_t tiles = far_away_.inBox(Vector3d::Constant(-120), Vector3d::Constant(120)).at(0).tiles_read;
-  ASSERT_GT(tiles, 100u);
+  ASSERT_GT(tiles, 64u);
   EXPECT_LE(rounds(), most(tiles));
 }
 
 TEST_F(RoundsOfReadsTest, Ray) {
-  RayQuery ray{.origin_W = Vector3d(-400, 3, 5), .direction = Vector3d(1, .1, .05), .radius_um = 20, .most = 60};
+  RayQuery ray{.origin_W = Vector3d(-400, 3, 5), .direction = Vector3d(1, .1, .05), .radius_um = 60, .most = 400};
   const std::uint32_t tiles = far_away_.alongRay(ray).at(0).tiles_read;
   ASSERT_GT(tiles, 16u);
   EXPECT_LE(rounds(), most(tiles, 4));
