@@ -17,14 +17,9 @@ OpenSet::OpenSet(const std::string& name, const std::string& revision, const Rem
                  std::uint64_t budget_bytes)
     : set_(TileSet::open(name, remote, revision)),
       kept_(*set_, budget_bytes / 4),
-      nearest_(std::make_shared<const Nearest>(kept_, NearestOptions{.budget_bytes = budget_bytes})),
-      filtered_(kept_, budget_bytes / 4),
+      nearest_(kept_, {.budget_bytes = budget_bytes}),
       sample_ids_(*set_, budget_bytes / 4),
       serial_(nextSerial()) {}
-
-std::shared_ptr<const Nearest> OpenSet::nearest(const SegmentFilter& filter) const {
-  return filter.takesAll() ? nearest_ : filtered_.with(filter);
-}
 
 std::int64_t OpenSet::sampleOf(const SegmentId& segment) const {
   // Consecutive results are often on one cell. Keeps that cell's ids without a lock.

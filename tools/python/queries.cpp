@@ -6,15 +6,12 @@
 #include "tools/python/internal/bindings.h"
 #include "tools/python/internal/calls.h"
 #include "tools/python/internal/set_handle.h"
-#include "tools/words/filter_words.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
 #include <numeric>
-#include <optional>
-#include <pybind11/stl.h>
 #include <span>
 #include <unistd.h>
 
@@ -57,16 +54,10 @@ void requireMemory(double rows) {
 }
 
 py::object nearest(SetHandle& handle, py::handle points_value, py::handle k_value, py::handle eps_value,
-                   py::handle bound_value, py::handle workers_value, bool approximate,
-                   std::optional<std::vector<std::uint32_t>> cells, const std::string& types, bool one_a_cell) {
+                   py::handle bound_value, py::handle workers_value, bool approximate) {
   const PointsArgument points = pointsArgument("points", points_value);
   const RanksArgument ranks = ranksArgument(k_value);
-  NearestQuery query{.k = ranks.count,
-                     .epsilon = numberArgument("eps", eps_value),
-                     .approximate = approximate,
-                     .of_cells = one_a_cell};
-  SegmentFilter filter{std::move(cells), {}};
-  if (!types.empty()) filter.types = tools::parseSegmentTypes(types, ',', "types");
+  NearestQuery query{.k = ranks.count, .epsilon = numberArgument("eps", eps_value), .approximate = approximate};
   if (!(query.epsilon >= 0) || std::isinf(query.epsilon))
     throw py::value_error("eps: must be a finite number, 0 or more");
   const double bound = numberArgument("distance_upper_bound", bound_value);
@@ -76,7 +67,6 @@ py::object nearest(SetHandle& handle, py::handle points_value, py::handle k_valu
   const bool none = bound == 0;
   const unsigned workers = workersArgument(workers_value);
   const auto open = handle.get();
-  const std::shared_ptr<const Nearest> search = open->nearest(filter);
 
   const std::size_t columns = ranks.ranks.empty() ? ranks.count : ranks.ranks.size();
   std::vector<py::ssize_t> shape = points.outer_shape;
@@ -100,7 +90,7 @@ py::object nearest(SetHandle& handle, py::handle points_value, py::handle k_valu
     if (none) {
       std::fill_n(rows, points.points.size() * columns, blank);
     } else if (points.points.size() == 1) {
-      write(0, search->find(points.points[0], query));
+      write(0, open->nearest().find(points.points[0], query));
     } else {
       SignalCheck check;
       constexpr std::size_t kRows = std::size_t{1} << 18, kLeast = 4096;
@@ -108,7 +98,7 @@ py::object nearest(SetHandle& handle, py::handle points_value, py::handle k_valu
       for (std::size_t begin = 0; begin < points.points.size(); begin += at_once) {
         const auto some = std::span(points.points).subspan(begin, std::min(at_once, points.points.size() - begin));
         std::vector<std::vector<NearestResult>> found(some.size());
-        search->forEach(some, query, workers, [&](std::size_t i, std::vector<NearestResult>&& results) {
+        open->nearest().forEach(some, query, workers, [&](std::size_t i, std::vector<NearestResult>&& results) {
           found[i] = std::move(results);
           check();
         });
@@ -175,12 +165,12 @@ py::tuple foundArrays(const OpenSet& open, const std::vector<NearestResult>& res
 
 std::vector<NearestResult> inBox(const OpenSet& open, const std::pair<Vector3d, Vector3d>& box) {
   const py::gil_scoped_release released;
-  return open.nearest()->inBox(box.first, box.second);
+  return open.nearest().inBox(box.first, box.second);
 }
 
 std::vector<NearestResult> inSphere(const OpenSet& open, const Vector3d& centre, double radius) {
   const py::gil_scoped_release released;
-  return open.nearest()->find(centre, {.k = SIZE_MAX, .max_distance_um = radius});
+  return open.nearest().find(centre, {.k = SIZE_MAX, .max_distance_um = radius});
 }
 
 // By cell: its id and the number of its segments.
@@ -208,7 +198,7 @@ py::array ray(SetHandle& handle, py::handle origin, py::handle direction, py::ha
   std::vector<RayHit> hits;
   {
     const py::gil_scoped_release released;
-    hits = open->nearest()->alongRay(query);
+    hits = open->nearest().alongRay(query);
     open->readAhead(hits);
   }
   py::array_t<RayRow> rows(static_cast<py::ssize_t>(hits.size()));

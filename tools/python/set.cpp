@@ -96,7 +96,7 @@ void addSet(py::module_& module) {
              const SetCounts& counts = open->set().counts();
              return py::make_tuple(counts.cells, counts.samples, counts.segments, counts.tiles);
            })
-      .def("resident_bytes", [](SetHandle& handle) { return handle.get()->nearest()->bytes(); })
+      .def("resident_bytes", [](SetHandle& handle) { return handle.get()->nearest().bytes(); })
       .def("is_remote", [](SetHandle& handle) { return handle.get()->set().isRemote(); })
       .def("cell_limit", [](SetHandle& handle) { return handle.get()->set().cell_count(); })
       .def("find_cell",

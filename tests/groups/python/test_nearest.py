@@ -51,21 +51,6 @@ def test_sample_is_the_end_of_the_segment_in_the_file(s, random):
         assert np.isclose(np.linalg.norm(place - ends, axis=1).sum(), np.linalg.norm(ends[0] - ends[1]))
 
 
-def test_filters_choose_cells_and_types(small):
-    with ff.open(small) as s:
-        origin = [0.0, 0.0, 0.0]
-        assert s.nearest(origin, types="axon")["sample"] == 5
-        assert s.nearest(origin, cells="é one")["sample"] == 7
-        assert s.nearest(origin, cells=[s.cells["fork"], "loop"], types=["basal", 7])["cell"] in (0, 1)
-        hits = s.nearest(origin, k=4, one_a_cell=True)
-        assert len(set(hits["cell"][:3])) == 3 and np.isinf(hits["distance"][3])
-        assert np.isinf(s.nearest(origin, cells=[])["distance"])
-        with pytest.raises(ValueError, match="axon"):
-            s.nearest(origin, types="axn")
-        with pytest.raises(KeyError):
-            s.nearest(origin, cells="nobody")
-
-
 def test_ranks_choose_columns(s, random):
     points = points_about(s, random, 20)
     all_ranks = s.nearest(points, k=6)

@@ -157,7 +157,7 @@ TEST_F(FilteredNearestCommand, EachQueryTakesFilters) {
   EXPECT_EQ(found({"20", "0", "0", "--where", "layer>=5", "--where", "layer!=5"}), "cell2:2 ");
   EXPECT_EQ(found({"20", "0", "0", "--cells", "--k", "3"}), "cell0:2 cell1:2 cell2:2 ");
   EXPECT_EQ(found({"20", "0", "0", "--radius", "10", "--type", "axon,soma", "--cells"}), "cell0:4 ");
-  EXPECT_EQ(found({"--box", "19", "-1", "-1", "21", "2", "12", "--type", "axon"}), "cell0:4 cell1:4 ");
+  EXPECT_EQ(found({"--box", "19", "-1", "-1", "21", "2", "12", "--type", "axon"}), "cell1:4 cell0:4 ");
   EXPECT_EQ(found({"--ray", "20", "0", "-5", "0", "0", "1", "--k", "5", "--cells", "--not-cell", "cell1"}),
             "cell0:2 cell2:2 ");
   test::writeBytes(folder_ / "points.txt", "20 0 0\n20 0 20\n");

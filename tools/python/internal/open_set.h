@@ -2,7 +2,6 @@
 #pragma once
 
 #include "index/levels/levels.h"
-#include "index/query/filtered_searches.h"
 #include "index/query/kept_tiles.h"
 #include "index/query/nearest.h"
 #include "index/set/tile_set.h"
@@ -18,14 +17,15 @@ namespace filiform::python {
 
 class OpenSet {
  public:
-  // `budget_bytes`: of tiles kept between queries, a quarter more for searches with filters, a quarter for cells read
-  // one by one, and a quarter of sample ids. Throws as TileSet::open(). `revision`: empty for the newest.
+  // `budget_bytes`: of tiles kept between queries, a quarter more for cells read one by one, and a quarter more of
+  // sample ids. Throws as TileSet::open().
+  // `revision`: empty for the newest.
   OpenSet(const std::string& name, const std::string& revision, const RemoteOptions& remote,
           std::uint64_t budget_bytes);
 
   const TileSet& set() const { return *set_; }
   const TileStore& kept() const { return kept_; }  // the set, whose tiles stay in memory: to read cells one by one
-  std::shared_ptr<const Nearest> nearest(const SegmentFilter& filter = {}) const;
+  const Nearest& nearest() const { return nearest_; }
   // The id in the file of a segment's child sample. O(1) for the cell that this thread asked for last. Throws
   // CorruptSet, IoError.
   std::int64_t sampleOf(const SegmentId& segment) const;
@@ -40,8 +40,7 @@ class OpenSet {
  private:
   const std::unique_ptr<const TileSet> set_;
   const KeptTiles kept_;
-  const std::shared_ptr<const Nearest> nearest_;
-  mutable FilteredSearches filtered_;
+  const Nearest nearest_;
   mutable tools::SampleIds sample_ids_;
   const std::uint64_t serial_;  // different for each object of the process
   mutable std::mutex levels_mutex_;

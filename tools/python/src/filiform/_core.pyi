@@ -59,8 +59,7 @@ def attribute_column(handle: SetHandle, name: bytes, /) -> Optional[tuple[_Array
 def is_address(name: str, /) -> bool: ...
 def parse_bytes(name: str, text: str, /) -> int: ...
 def nearest(
-    handle: SetHandle, points: Any, k: Any, eps: Any, distance_upper_bound: Any, workers: Any, approximate: bool,
-    cells: Optional[list[int]], types: str, one_a_cell: bool, /,
+    handle: SetHandle, points: Any, k: Any, eps: Any, distance_upper_bound: Any, workers: Any, approximate: bool, /
 ) -> Any: ...
 def measures(
     handle: SetHandle, cells: list[int], per: str, features: str, types: str, sholl: float, workers: Any, /

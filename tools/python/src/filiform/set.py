@@ -190,12 +190,6 @@ class Set:
     def _scene(self) -> tuple[Owner, int | None, Array | None]:
         return self, None, None
 
-    def _indices_of(self, cells: Any) -> list[int]:
-        """Of a name or Cell, or of a sequence of them, each once."""
-        if isinstance(cells, str) or not isinstance(cells, Iterable):
-            cells = [cells]
-        return list(dict.fromkeys(self._index_of(cell) for cell in cells))
-
     # -- attributes of cells
 
     @property
@@ -290,8 +284,10 @@ class Set:
         """
         if cells is None:
             chosen = [index for index, _ in self._handle.cells_named(b"")]
+        elif isinstance(cells, str) or not isinstance(cells, Iterable):
+            chosen = [self._index_of(cells)]
         else:
-            chosen = self._indices_of(cells)
+            chosen = list(dict.fromkeys(self._index_of(cell) for cell in cells))
         if sholl is not None and not 0 < sholl < np.inf:
             raise ValueError("sholl: must be a finite number above 0 um")
         columns = {
@@ -319,9 +315,6 @@ class Set:
         workers: int = 1,
         *,
         approximate: bool = False,
-        cells: Any = None,
-        types: Union[str, Sequence[str], None] = None,
-        one_a_cell: bool = False,
     ) -> Any:
         """Find the nearest segments, exactly. Names and meanings are those of ``scipy.spatial.cKDTree.query``.
 
@@ -333,9 +326,6 @@ class Set:
         distance_upper_bound : um; only nearer segments are found.
         workers : threads for many points; -1 is one a processor.
         approximate : use the set's landmarks only, read no tile.
-        cells : find only segments of these cells: a name or Cell, or a sequence of them, such as ``s.where(layer=5)``.
-        types : find only segments of these types: ``"axon"``, ``["basal", "apical"]``, codes of SWC.
-        one_a_cell : find the k nearest cells, each by its nearest segment.
 
         Returns
         -------
@@ -347,10 +337,7 @@ class Set:
 
         Raises ValueError, TypeError, OSError, CorruptSet, and MemoryError for a result larger than the memory.
         """
-        chosen = None if cells is None else sorted(self._indices_of(cells))
-        return _core.nearest(
-            self._handle, points, k, eps, distance_upper_bound, workers, approximate, chosen, _listed(types), one_a_cell
-        )
+        return _core.nearest(self._handle, points, k, eps, distance_upper_bound, workers, approximate)
 
     def snap(self, points: npt.ArrayLike, workers: int = 1) -> tuple[Array, Any]:
         """Move points onto the nearest neurite.
