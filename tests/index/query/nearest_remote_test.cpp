@@ -151,9 +151,10 @@ TEST_P(ManyTilesAtOnceTest, Filters) {
 }
 
 // Few rounds of reads, each waited for once. Tile by tile, there would be as many rounds as tiles. A thread that starts
-// late can make two rounds of one, so all bounds are doubled.
+// late can make two rounds of one, so reads are slow, and all bounds are doubled.
 class RoundsOfReadsTest : public NearestRemoteTest {
  protected:
+  RoundsOfReadsTest() { const_cast<test::SlowFolder*>(slow_)->wait_ms = 100; }
   // Of `tiles` that are read kLeastAhead at a time; or first `first`, then twice as many each time.
   static int most(std::uint32_t tiles, std::uint32_t first = internal::TileCache::kLeastAhead) {
     int rounds = 0;

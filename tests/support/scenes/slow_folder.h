@@ -1,5 +1,5 @@
 // SlowFolder: a folder whose reads of tiles take some time; counts them, those under way, and their rounds. Thread
-// rule: internally synchronised; set `fail_at` before use.
+// rule: internally synchronised; set `fail_at` and `wait_ms` before use.
 #pragma once
 
 #include "index/errors.h"
@@ -15,7 +15,8 @@ namespace filiform::test {
 
 class SlowFolder final : public TileSource {
  public:
-  SlowFolder(const std::string& path, bool remote) : source_(openFolder(path)), remote_(remote) {}
+  SlowFolder(const std::string& path, bool remote)
+      : wait_ms(remote ? 20 : 1), source_(openFolder(path)), remote_(remote) {}
   std::uint64_t size(const std::string& name) const override { return source_->size(name); }
   std::string describe(const std::string& name) const override { return source_->describe(name); }
   bool isRemote() const override { return remote_; }
@@ -24,7 +25,7 @@ class SlowFolder final : public TileSource {
       raise(most_under_way, ++under_way);
       const int round = rounds + 1;
       if (++reads == fail_at) throw IoError(describe(name), "an injected fault");
-      std::this_thread::sleep_for(std::chrono::milliseconds(remote_ ? 20 : 1));
+      std::this_thread::sleep_for(std::chrono::milliseconds(wait_ms));
       --under_way;
       raise(rounds, round);
     }
@@ -33,6 +34,7 @@ class SlowFolder final : public TileSource {
   mutable std::atomic<int> under_way{0}, most_under_way{0}, reads{0};
   mutable std::atomic<int> rounds{0};  // the longest chain of reads, each begun after the end of the one before
   int fail_at = 0;
+  int wait_ms;  // of a read
 
  private:
   static void raise(std::atomic<int>& most, int value) {
