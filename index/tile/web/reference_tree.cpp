@@ -5,7 +5,7 @@
 
 namespace filiform {
 
-std::unique_ptr<TileEngine> makeReferenceTree(std::shared_ptr<const Tile>) {
+std::unique_ptr<TileEngine> makeReferenceTree(std::shared_ptr<const Tile>, SomeRuns) {
   throw UsageError("search engine \"cgal\" is not in this build; use packed");
 }
 
