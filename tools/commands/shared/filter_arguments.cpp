@@ -35,7 +35,8 @@ std::shared_ptr<const FilterArguments> addFilterArguments(CLI::App& command) {
   add("--cell", a->cells, "find only segments of this cell; repeatable", "NAME");
   add("--not-cell", a->not_cells, "find no segments of this cell; repeatable", "NAME");
   add("--type", a->types,
-      "find only segments of these types: axon, basal, apical, dendrite, soma, undefined, or codes of SWC", "TYPE,...");
+      "find only segments of these types: axon, basal, apical, dendrite, soma, undefined, or codes of SWC; repeatable",
+      "TYPE,...");
   add("--where", a->where,
       "find only segments of cells whose attribute meets NAME=VALUE, NAME!=VALUE, NAME<NUMBER, <=, > or >=; VALUE may "
       "have * ? [ab]; measure:FEATURE is a measure; repeatable: all must hold",
