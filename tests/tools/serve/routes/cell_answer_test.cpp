@@ -47,7 +47,8 @@ TEST(CellAnswer, ConditionsOnAttributesChooseTheCells) {
 TEST(CellAnswer, MeasuresAreThoseOfTheTable) {
   const test::ServedSets sets;
   const TileSet& set = sets.shelf->find("column")->set();
-  const MeasureTable table(set, {.rows = MeasureRows::kType, .features = parseFeatures("all"), .sholl_um = 20});
+  const MeasureTable table(set,
+                           {.rows = MeasureRows::kType, .features = parseFeatures("all"), .types = {}, .sholl_um = 20});
   Json expected = Json::array();
   table.measure(
       {1, 2}, 1, [](std::size_t) {},
@@ -58,7 +59,7 @@ TEST(CellAnswer, MeasuresAreThoseOfTheTable) {
       });
   ASSERT_GT(expected.size(), 2u);
   Json rows = Json::array();
-  for (const std::string name : {set.cell(1).name, set.cell(2).name})
+  for (const std::string& name : {set.cell(1).name, set.cell(2).name})
     for (const Json& row : sets.json("/v1/sets/column/measures?per=type&features=all&sholl=20&name=" + name).at("rows"))
       rows.push_back(row);
   EXPECT_EQ(rows, expected);
