@@ -59,9 +59,10 @@ TEST(CellAnswer, MeasuresAreThoseOfTheTable) {
       });
   ASSERT_GT(expected.size(), 2u);
   Json rows = Json::array();
-  for (const std::string& name : {set.cell(1).name, set.cell(2).name})
-    for (const Json& row : sets.json("/v1/sets/column/measures?per=type&features=all&sholl=20&name=" + name).at("rows"))
-      rows.push_back(row);
+  for (const std::string& name : {set.cell(1).name, set.cell(2).name}) {
+    const Json answer = sets.json("/v1/sets/column/measures?per=type&features=all&sholl=20&name=" + name);
+    for (const Json& row : answer.at("rows")) rows.push_back(row);
+  }
   EXPECT_EQ(rows, expected);
   const Json page = sets.json("/v1/sets/column/measures?cursor=1&where=layer%3E=4");
   EXPECT_EQ(page.at("cursor"), nullptr);

@@ -165,8 +165,8 @@ TEST_F(NearestAnswer, ParametersFilterTheSegments) {
     for (std::size_t r = 0; r < rows.size(); ++r) EXPECT_EQ(rows[r].at("segment"), of_cell[r].segment.segment);
   }
   std::set<std::string> cells;
-  for (const Json& row : Json::parse(sets_.get(at + "&cells=true&not_cell=" + name).body).at("rows"))
-    cells.insert(row.at("cell"));
+  const Json others = Json::parse(sets_.get(at + "&cells=true&not_cell=" + name).body).at("rows");
+  for (const Json& row : others) cells.insert(row.at("cell"));
   EXPECT_EQ(cells.size(), 5u);
   EXPECT_FALSE(cells.contains(name));
   EXPECT_EQ(Json::parse(sets_.get(at + "&type=77").body).at("rows").size(), 0u);
