@@ -57,7 +57,7 @@ TEST(CellAnswer, MeasuresAreThoseOfTheTable) {
         for (std::size_t i = 0; i < row.size(); ++i) json[table.columns()[i].title] = measureJson(row[i]);
         expected.push_back(json);
       });
-  ASSERT_GT(expected.size(), 2u);
+  ASSERT_GT(expected.size(), 1u);
   Json rows = Json::array();
   for (const std::string& name : {set.cell(1).name, set.cell(2).name}) {
     const Json answer = sets.json("/v1/sets/column/measures?per=type&features=all&sholl=20&name=" + name);
