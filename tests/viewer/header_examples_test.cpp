@@ -31,6 +31,7 @@
 #include "index/query/cell_pass.h"
 #include "index/query/cell_paths.h"
 #include "index/query/cell_sections.h"
+#include "index/query/filtered_searches.h"
 #include "index/query/kept_tiles.h"
 #include "index/query/nearest.h"
 #include "index/query/segment_pass.h"
@@ -243,6 +244,12 @@ void levels(const std::unique_ptr<TileSet>& set, const LevelView& view) {
   const LevelChoice choice = levels->choose(view, 2'000'000);
   for (const LevelPart& part : choice.parts)
     const auto tile = part.level ? levels->load(part.tile) : set->load(part.tile);
+}
+
+void filteredSearches(const std::unique_ptr<TileSet>& set, const Vector3d& p_W) {
+  // index/query/filtered_searches.h
+  FilteredSearches searches(*set, 64 << 20);
+  searches.with({.types = {2}})->find(p_W);
 }
 
 void nearest() {
@@ -531,7 +538,7 @@ TEST(HeaderExamples, AllAreCompiledHereAsTheyStandThere) {
             << text;
       }
     }
-  EXPECT_EQ(count, 49u) << "examples; a new one goes into this file";
+  EXPECT_EQ(count, 50u) << "examples; a new one goes into this file";
 }
 
 TEST(HeaderExamples, AnExampleIsTold) {

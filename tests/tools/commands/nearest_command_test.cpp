@@ -2,6 +2,7 @@
 #include "tests/support/process.h"
 #include "tests/support/temp_folder.h"
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -123,6 +124,7 @@ TEST_F(NearestCommand, OneKindOfQueryAtATime) {
 class FilteredNearestCommand : public ::testing::Test {
  protected:
   void SetUp() override {
+    std::filesystem::create_directory(folder_ / "in");
     for (int c = 0; c < 3; ++c) {
       const std::string z = std::to_string(10 * c);
       test::writeBytes(
