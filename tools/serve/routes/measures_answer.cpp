@@ -12,7 +12,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-MeasureChoice choiceOf(const Request& request) {
+MeasureChoice requestedChoice(const Request& request) {
   MeasureChoice choice;
   choice.rows = parseMeasureRows(request.parameter("per").value_or("cell"), "per");
   if (choice.rows == MeasureRows::kSet)
@@ -29,7 +29,7 @@ MeasureChoice choiceOf(const Request& request) {
 }  // namespace
 
 Answer measuresAnswer(const Call& call) {
-  const MeasureTable table(call.served->store(), choiceOf(call.request));
+  const MeasureTable table(call.served->store(), requestedChoice(call.request));
   std::vector<std::uint32_t> cells;
   std::uint64_t samples = 0;
   const auto next = eachListedCell(call, [&](std::uint32_t cell, const CellRecord& record) {
