@@ -66,7 +66,7 @@ TEST(CellAnswer, MeasuresAreThoseOfTheTable) {
   EXPECT_EQ(rows, expected);
   const Json page = sets.json("/v1/sets/column/measures?cursor=1&where=layer%3E=4");
   EXPECT_EQ(page.at("cursor"), nullptr);
-  for (const Json& row : page.at("rows")) EXPECT_GT(row.at("length").get<double>(), 0);
+  for (const Json& row : page.at("rows")) EXPECT_GT(row.at("length_um").get<double>(), 0);
   EXPECT_EQ(page.at("rows").size(), sets.json("/v1/sets/column/cells?cursor=1&where=layer%3E=4").at("cells").size());
   for (const char* const wrong : {"per=cel", "per=set", "features=lenth", "type=soma", "sholl=0", "sholl=nan",
                                   "sholl=5&per=branch", "where=layer"}) {
