@@ -6,9 +6,4 @@ unsigned readsAtOnce(const TileStore& store) { return store.isRemote() ? 32 : 1;
 
 unsigned mostReadThreads() { return 64; }
 
-ReadThreads& readThreads() {
-  static ReadThreads threads(mostReadThreads());
-  return threads;
-}
-
 }  // namespace filiform

@@ -13,6 +13,9 @@ unsigned readsAtOnce(const TileStore& store);
 // Threads for the reads of a set at an address that one purpose begins ahead: each tile in two parts.
 unsigned mostReadThreads();
 // As many threads, for all reads of the program that are begun ahead. They start when they are first needed.
-ReadThreads& readThreads();
+inline ReadThreads& readThreads() {
+  static ReadThreads threads(mostReadThreads());
+  return threads;
+}
 
 }  // namespace filiform

@@ -118,12 +118,13 @@ class TileCache {
   // of the budget, or the space of kLeastAhead tiles: of a longer list, the first are read. Returns false if a read
   // failed; get() tries it again.
   bool readAhead(std::span<const TileId> tiles) {
+    const std::size_t most = mostAhead();
     std::vector<TileId> mine, others;
     {
       const std::lock_guard lock(mutex_);
       std::unordered_set<TileId> wanted;
       for (const TileId tile : tiles) {
-        if (isHere(tile) || wanted.size() == mostAhead() || !wanted.insert(tile).second) continue;
+        if (isHere(tile) || wanted.size() == most || !wanted.insert(tile).second) continue;
         if (const auto at = ahead_places_.find(tile); at != ahead_places_.end())
           ahead_.splice(ahead_.end(), ahead_, at->second);
         else

@@ -8,9 +8,4 @@ unsigned readsAtOnce(const TileStore& store) { return store.isRemote() ? 3 : 1; 
 
 unsigned mostReadThreads() { return 6; }
 
-ReadThreads& readThreads() {
-  static ReadThreads threads(mostReadThreads());
-  return threads;
-}
-
 }  // namespace filiform

@@ -175,7 +175,8 @@ void Session::Impl::startLoop() {
       *device, [this](const DeviceState& state, double dt_s) { return travelling.tick(state, dt_s); }, looping);
   if (tiles.residency() != nullptr) tiles.residency()->start();
   loop->start();
-  if (hand == nullptr) notes = loop->refusals();  // nobody feels the force of a simulated hand
+  // A simulated hand needs no punctual loop, so its user need not know which rights the system refused.
+  if (hand == nullptr) notes = loop->refusals();
   if (std::string lowered = internal::loweredNote(choice, device.capabilities()); !lowered.empty())
     notes.push_back(std::move(lowered));
 }

@@ -170,7 +170,7 @@ TEST_F(NearestAnswer, ParametersFilterTheSegments) {
   EXPECT_EQ(cells.size(), 5u);
   EXPECT_FALSE(cells.contains(name));
   EXPECT_EQ(Json::parse(sets_.get(at + "&type=77").body).at("rows").size(), 0u);
-  EXPECT_EQ(sets_.get(at + "&cell=nobody").status, 404u);
+  EXPECT_EQ(sets_.get(at + "&cell=unknown").status, 404u);
   for (const char* wrong : {"&type=axn", "&cells=yes", "&where=depth%3D1"})
     EXPECT_EQ(sets_.get(at + wrong).status, 400u) << wrong;
 }
