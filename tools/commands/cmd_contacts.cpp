@@ -55,15 +55,6 @@ ContactOutput outputOf(const ContactArguments& a) {
   return a.matrix.empty() ? ContactOutput::kTable : ContactOutput::kMatrix;
 }
 
-// "axon,dendrite" -> the types of both sides.
-void readTypes(const std::string& text, ContactOptions& options) {
-  if (text.empty()) return;
-  const std::size_t comma = text.find(',');
-  options.from_types = parseSegmentTypes(text.substr(0, comma), '+', "--types");
-  options.to_types =
-      comma == std::string::npos ? options.from_types : parseSegmentTypes(text.substr(comma + 1), '+', "--types");
-}
-
 // `given`: what was written after the option.
 std::uint32_t columnNamed(const CellAttributes& attributes, const std::string& name, const std::string& option,
                           const std::string& given) {
@@ -119,7 +110,8 @@ int runContacts(const ContactArguments& a) {
   if (options.memory_bytes < kMinContactMemory)
     throw UsageError("--memory " + inShort(a.memory) + ": give at least " + formatBytes(kMinContactMemory));
   options.threads = a.threads > 0 ? a.threads : std::max(1U, std::thread::hardware_concurrency());
-  readTypes(a.types, options);
+  std::array types = parseTypesOfSides(a.types, "--types");
+  options.from_types = std::move(types[0]), options.to_types = std::move(types[1]);
   const ContactOutput kind = outputOf(a);
   // Wrong conditions are refused before the set is read.
   underOption("--from", [&] { return CellConditions(a.from); });

@@ -9,6 +9,7 @@ PYBIND11_MODULE(_core, module) {
   filiform::python::addQueries(module);
   filiform::python::addAttributes(module);
   filiform::python::addMeasures(module);
+  filiform::python::addContacts(module);
   filiform::python::addCell(module);
   filiform::python::addLevels(module);
   filiform::python::addNavigate(module);

@@ -14,9 +14,15 @@
 
 namespace filiform::tools {
 
+namespace {
+
+constexpr std::array kSides{"from", "to"};
+
+}  // namespace
+
 std::string contactTitles() {
   std::string line = "from\tto\tdistance_um\tpairs";
-  for (const char* side : {"from", "to"})
+  for (const char* side : kSides)
     for (const char* field : {"type", "sample", "x", "y", "z", "length_um", "path_um"})
       ((line += '\t') += side) += std::string("_") + field;
   return line + '\n';
@@ -37,10 +43,27 @@ void appendContactRow(std::string& rows, const TileStore& store, const ContactSi
   rows += '\n';
 }
 
+nlohmann::ordered_json contactJson(const TileStore& store, const ContactSite& site) {
+  nlohmann::ordered_json row;
+  for (std::size_t i = 0; i < 2; ++i) row[kSides[i]] = escaped(store.cell(site.sides[i].cell).name);
+  row["distance_um"] = site.distance_um;
+  row["pairs"] = site.pairs;
+  for (std::size_t i = 0; i < 2; ++i) {
+    const ContactSite::Side& side = site.sides[i];
+    const auto put = [&](const char* field, auto value) { row[std::string(kSides[i]) + "_" + field] = value; };
+    put("type", neuriteTypeName(side.type));
+    put("sample", side.sample_id);
+    put("x", side.p_W.x()), put("y", side.p_W.y()), put("z", side.p_W.z());
+    put("length_um", side.length_um);
+    put("path_um", std::isnan(side.path_um) ? nlohmann::ordered_json() : nlohmann::ordered_json(side.path_um));
+  }
+  return row;
+}
+
 const std::vector<ContactArrays::Column>& ContactArrays::all() {
   static const std::vector<Column> kAll = [] {
     std::vector<Column> columns{{"distance_um", "'<f8'", 1}, {"pairs", "'<i8'", 1}};
-    for (const char* side : {"from", "to"})
+    for (const char* side : kSides)
       for (const Column& field :
            {Column{"", "'<i4'", 1}, Column{"_type", "'<u2'", 1}, Column{"_sample", "'<i8'", 1},
             Column{"_xyz", "'<f8'", 3}, Column{"_length_um", "'<f8'", 1}, Column{"_path_um", "'<f8'", 1}})

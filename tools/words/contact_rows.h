@@ -1,5 +1,5 @@
-// Contact sites as rows of a table, as arrays of NumPy, and as a matrix between values of an attribute. tools/README.md
-// lists the columns. Thread rule: thread-compatible.
+// Contact sites as rows of a table, as JSON, as arrays of NumPy, and as a matrix between values of an attribute.
+// tools/README.md lists the columns. Thread rule: thread-compatible.
 #pragma once
 
 #include "index/attributes/cell_attributes.h"
@@ -13,10 +13,13 @@
 #include <string>
 #include <vector>
 
+#include <nlohmann/json.hpp>
+
 namespace filiform::tools {
 
 std::string contactTitles();  // the first line
 void appendContactRow(std::string& rows, const TileStore& store, const ContactSite& site);
+nlohmann::ordered_json contactJson(const TileStore& store, const ContactSite& site);  // the row; null: no value
 
 // One array a column; `cells` has the name of each cell of the set.
 class ContactArrays {

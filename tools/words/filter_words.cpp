@@ -44,6 +44,14 @@ std::vector<std::uint16_t> parseSegmentTypes(const std::string& words, char sepa
   return {types.begin(), types.end()};
 }
 
+std::array<std::vector<std::uint16_t>, 2> parseTypesOfSides(const std::string& text, const std::string& option) {
+  if (text.empty()) return {};
+  const std::size_t comma = text.find(',');
+  std::vector<std::uint16_t> from = parseSegmentTypes(text.substr(0, comma), '+', option);
+  if (comma == std::string::npos) return {from, from};
+  return {std::move(from), parseSegmentTypes(text.substr(comma + 1), '+', option)};
+}
+
 SegmentFilter filterOf(std::uint32_t cell_count, FilterParts parts) {
   SegmentFilter filter{std::move(parts.met), std::move(parts.types)};
   for (auto* list : {&parts.cells, &parts.not_cells}) {

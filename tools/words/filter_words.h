@@ -3,6 +3,7 @@
 
 #include "index/query/segment_filter.h"
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -13,6 +14,10 @@ namespace filiform::tools {
 // Types: words with `separator` between, ascending; empty for `any`. Throws UsageError, which names `option` and near
 // names.
 std::vector<std::uint16_t> parseSegmentTypes(const std::string& words, char separator, const std::string& option);
+
+// `axon,dendrite`: the types of two sides, each as parseSegmentTypes() reads it with + between; one side stands for
+// both. An empty text: all types. Throws UsageError as it does.
+std::array<std::vector<std::uint16_t>, 2> parseTypesOfSides(const std::string& text, const std::string& option);
 
 struct FilterParts {
   std::vector<std::uint32_t> cells{};               // empty: all; in any order, also in `not_cells`

@@ -11,6 +11,7 @@ void addSet(pybind11::module_& module);         // SetHandle: opening, totals, n
 void addQueries(pybind11::module_& module);     // SetHandle: nearest, boxes, rays
 void addAttributes(pybind11::module_& module);  // SetHandle: columns of values of cells
 void addMeasures(pybind11::module_& module);    // SetHandle: morphometrics
+void addContacts(pybind11::module_& module);    // SetHandle: where cells come close
 void addCell(pybind11::module_& module);
 void addLevels(pybind11::module_& module);
 void addNavigate(pybind11::module_& module);

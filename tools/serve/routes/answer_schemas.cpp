@@ -92,6 +92,13 @@ constexpr const char* kSchemas = R"json({
       "properties": {"id": {"$ref": "#/components/schemas/Count"}, "name": {"type": "string"}},
       "additionalProperties": {"anyOf": [{"type": ["number", "string", "null"]},
         {"type": "array", "items": {"$ref": "#/components/schemas/Count"}}]}}}}},
+"Contacts": {"type": "object", "required": ["truncated", "rows"],
+  "properties": {"truncated": {"type": "boolean"}, "rows": {"type": "array", "items": {"type": "object",
+    "required": ["from", "to", "distance_um", "pairs", "from_type", "from_sample", "from_x", "from_y", "from_z",
+      "from_length_um", "from_path_um", "to_type", "to_sample", "to_x", "to_y", "to_z", "to_length_um", "to_path_um"],
+    "properties": {"from": {"type": "string"}, "to": {"type": "string"}, "distance_um": {"type": "number"},
+      "pairs": {"$ref": "#/components/schemas/Count"}, "from_path_um": {"type": ["number", "null"]},
+      "to_path_um": {"type": ["number", "null"]}}}}}},
 "Capability": {"type": "object", "required": ["capability", "precomputed", "catmaid"],
   "properties": {"capability": {"type": ["string", "null"]}, "precomputed": {"type": "string"},
     "catmaid": {"type": "string"}}},
@@ -148,7 +155,7 @@ constexpr const char* kSchemas = R"json({
     "y": {"type": "number"}, "z": {"type": "number"}}}
 })json";
 
-constexpr std::array<std::pair<std::string_view, std::string_view>, 20> kSchemaOfRoute{{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 21> kSchemaOfRoute{{
     {"/v1/sets", "Sets"},
     {"/v1/sets/{set}", "Set"},
     {"/v1/sets/{set}/nearest", "Rows"},
@@ -158,6 +165,7 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 20> kSchemaO
     {"/v1/sets/{set}/cells", "Cells"},
     {"/v1/sets/{set}/cells/{cell}", "Cell"},
     {"/v1/sets/{set}/measures", "Measures"},
+    {"/v1/sets/{set}/contacts", "Contacts"},
     {"/v1/capability", "Capability"},
     {"/precomputed/{set}/info", "SkeletonInfo"},
     {"/precomputed/{set}/segment_properties/info", "SegmentProperties"},

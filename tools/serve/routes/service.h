@@ -76,6 +76,7 @@ Answer pathAnswer(const Call& call);
 Answer cellsAnswer(const Call& call);
 Answer cellAnswer(const Call& call);
 Answer measuresAnswer(const Call& call);
+Answer contactsAnswer(const Call& call);
 Answer sessionAnswer(const Call& call);
 Answer deskAnswer(const Call& call);
 Answer pictureAnswer(const Call& call);

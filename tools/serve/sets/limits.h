@@ -18,6 +18,7 @@ inline constexpr std::uint32_t kScannedCells = 65'536;               // for a pa
 inline constexpr std::uint64_t kBoxSegments = 2'000'000;             // in the tiles that a box meets
 inline constexpr std::uint64_t kCellSamples = 1'000'000;   // of a cell that is sent, or on which a path is sought
 inline constexpr std::size_t kMeasuredValues = 1'000'000;  // of an answer: rows times columns
+inline constexpr std::size_t kContactSites = 100'000;      // of an answer
 inline constexpr std::uint32_t kDoorCells = 2'000'000;     // listed for Neuroglancer in one answer
 inline constexpr std::size_t kDoorNodes = 1'000'000;       // of a box for CATMAID's clients
 inline constexpr double kQuery_s = 5;                      // for an answer

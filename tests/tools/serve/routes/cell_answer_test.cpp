@@ -1,12 +1,16 @@
 // Cells and paths over the routes.
+#include "index/contacts/contacts.h"
 #include "index/query/cell_graph.h"
 #include "tests/support/servers/served_sets.h"
+#include "tools/words/contact_rows.h"
 #include "tools/words/measure_table.h"
 
+#include <algorithm>
 #include <bit>
 #include <cstring>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -75,6 +79,35 @@ TEST(CellAnswer, MeasuresAreThoseOfTheTable) {
     const std::string parameter = std::string(wrong).substr(0, std::string_view(wrong).find('='));
     EXPECT_NE(answer.body.find(parameter), std::string::npos) << answer.body;
   }
+}
+
+TEST(CellAnswer, ContactsAreThoseOfTheCell) {
+  const test::ServedSets sets;
+  const TileSet& set = sets.shelf->find("column")->set();
+  std::vector<std::uint32_t> others;
+  for (std::uint32_t cell = 0; cell < set.cell_count(); ++cell)
+    if (set.cell(cell).name != set.cell(1).name) others.push_back(cell);
+  Json expected = Json::array();
+  findContacts(set, {.within_um = 20, .from = {1}, .to = others, .from_types = {2}, .to_types = {3, 4}},
+               [&](const ContactSite& site) { expected.push_back(Json(contactJson(set, site))); });
+  ASSERT_GT(expected.size(), 1u);
+  const std::string route = "/v1/sets/column/contacts?cell=" + set.cell(1).name;
+  const std::string some = route + "&within=20&types=axon,dendrite";
+  const Json all = sets.json(some);
+  EXPECT_EQ(all.at("rows"), expected);
+  EXPECT_EQ(all.at("truncated"), false);
+  const Json one = sets.json(some + "&limit=1");
+  ASSERT_EQ(one.at("rows").size(), 1u);
+  EXPECT_EQ(one.at("rows")[0], expected[0]);
+  EXPECT_EQ(one.at("truncated"), true);
+  for (const Json& row : sets.json(some + "&where=layer%3E=4").at("rows"))
+    EXPECT_NE(std::find(expected.begin(), expected.end(), row), expected.end());
+  for (const char* const wrong : {"within=0", "within=nan", "within=1e9", "types=axno", "surface=yes", "where=layer"}) {
+    const Answer answer = sets.get(route + '&' + wrong);
+    EXPECT_EQ(answer.status, 400u) << wrong << ' ' << answer.body;
+  }
+  EXPECT_EQ(sets.get("/v1/sets/column/contacts").status, 400u);
+  EXPECT_EQ(sets.get("/v1/sets/column/contacts?cell=nobody").status, 404u);
 }
 
 TEST(CellAnswer, ACellIsTheCellOfTheSet) {

@@ -282,12 +282,7 @@ class Set:
         The columns have units in their names, such as ``length_um``; nan where there is no value. Raises ValueError
         for an unknown word, with near names, and KeyError for an unknown cell.
         """
-        if cells is None:
-            chosen = [index for index, _ in self._handle.cells_named(b"")]
-        elif isinstance(cells, str) or not isinstance(cells, Iterable):
-            chosen = [self._index_of(cells)]
-        else:
-            chosen = list(dict.fromkeys(self._index_of(cell) for cell in cells))
+        chosen = self._chosen(cells)
         if sholl is not None and not 0 < sholl < np.inf:
             raise ValueError("sholl: must be a finite number above 0 um")
         columns = {
@@ -296,13 +291,57 @@ class Set:
                 self._handle, chosen, per, _listed(features), _listed(type), sholl or 0.0, workers
             )
         }
-        if frame is None:
-            frame = importlib.util.find_spec("pandas") is not None
-        if not frame:
-            return columns
-        import pandas
+        return _framed(columns, frame)
 
-        return pandas.DataFrame({title: list(c) if c.ndim > 1 else c for title, c in columns.items()})
+    def contacts(
+        self,
+        within: float,
+        *,
+        from_: Any = None,
+        to: Any = None,
+        types: Union[str, Sequence[str], None] = None,
+        surface: bool = False,
+        workers: int = -1,
+        frame: bool | None = None,
+    ) -> Any:
+        """Find where segments of different cells lie within a distance: the rows of ``filiform contacts``.
+
+        Parameters
+        ----------
+        within : um; what is at this distance is within it.
+        from_, to : the cells of the first and of the second side: a name or Cell, or a sequence of them, such as
+            ``s.where(layer=4)``. Default: all cells.
+        types : ``"axon,dendrite"``: only segments of these types, of the first and of the second cell; ``+`` joins
+            several of one side.
+        surface : measure between surfaces, not axes; an unknown radius counts 0.
+        workers : threads; -1 is one a processor. All numbers give the same rows.
+        frame : True: a pandas DataFrame; False: a dict of arrays. Default: a DataFrame if pandas is installed.
+
+        A row is a contact site: pairs of segments that are next to each other on both cells. ``from`` and ``to`` are
+        indices of cells, for `Set.attribute` and ``s.cells.at``; ``from_name`` and ``to_name`` their names; ``_type``
+        is a code of SWC; a missing ``_path_um`` is nan. Counts between layers:
+        ``pandas.crosstab(s.attribute("layer", c["from"]), s.attribute("layer", c["to"]))``.
+        Raises ValueError for an unknown type, with near names, and for a distance that is not above 0, or at which
+        every segment would touch every other; KeyError for an unknown cell.
+        """
+        columns = {
+            title: np.load(io.BytesIO(npy))
+            for title, npy in _core.contacts(
+                self._handle, within, sorted(self._chosen(from_)), sorted(self._chosen(to)), _listed(types), surface, workers
+            )
+        }
+        names = columns.pop("cells").astype(object)
+        for side in ("from", "to"):
+            columns[f"{side}_name"] = names[columns[side]]
+        return _framed(columns, frame)
+
+    def _chosen(self, cells: Any) -> list[int]:
+        """Indices of cells, each once; None: all."""
+        if cells is None:
+            return [index for index, _ in self._handle.cells_named(b"")]
+        if isinstance(cells, str) or not isinstance(cells, Iterable):
+            return [self._index_of(cells)]
+        return list(dict.fromkeys(self._index_of(cell) for cell in cells))
 
     # -- questions
 
@@ -460,6 +499,17 @@ class Set:
 
 def _listed(words: Union[str, Sequence[str], None]) -> str:
     return "" if words is None else words if isinstance(words, str) else ",".join(map(str, words))
+
+
+def _framed(columns: dict[str, Array], frame: bool | None) -> Any:
+    """The columns, or a DataFrame of them; None: a DataFrame if pandas is installed."""
+    if frame is None:
+        frame = importlib.util.find_spec("pandas") is not None
+    if not frame:
+        return columns
+    import pandas
+
+    return pandas.DataFrame({title: list(c) if c.ndim > 1 else c for title, c in columns.items()})
 
 
 class _Unopened(Set):
