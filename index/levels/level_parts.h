@@ -14,8 +14,8 @@ using LevelId = std::uint32_t;  // rank among the level tiles: a block before th
 
 // What the levels' directory states about one level tile.
 struct LevelEntry {
-  BlockKey key;                // its depth is a multiple of three
-  std::uint32_t coarser = 0;   // several tiles of the outermost block: how many of them are finer
+  BlockKey key;
+  std::uint32_t coarser = 0;   // of several tiles of a block: how many of them are finer
   int exponent = 0;            // of the tile's grid, which may be coarser than the set's
   GridBox content;             // of its segments, not clipped; empty without segments
   std::uint32_t segments = 0;  // balls included

@@ -194,6 +194,7 @@ LevelChoice Levels::Impl::choose(const LevelView& view, std::uint64_t most_segme
     }
     if (chosen.refine(std::max(enough_px, kWave * worst))) continue;
     choice.limited = true;
+    chosen.refineSingly(enough_px);
     break;
   }
   choice.parts = chosen.take();

@@ -53,9 +53,9 @@ class Levels {
 
   // Chooses tiles that together show each place in the view once. Starts with the coarsest tile. While the segments
   // stay within `most_segments` and the error exceeds `enough_px`, replaces all tiles of about the largest error
-  // (within a tenth) by the tiles below them. If these are too many, all stay as they are, so that no block is sparser
-  // than its neighbours. Only the tiles around the eye are then replaced one by one. The coarsest tile and the
-  // long-segment tile are always included. Throws as below() does if it reads. O(parts).
+  // (within a tenth) by the tiles below them. If these are too many, replaces single tiles, that of the largest error
+  // first, each that fits; first of all those around the eye. The coarsest tile and the long-segment tile are always
+  // included. Throws as below() does if it reads. O(parts log parts).
   LevelChoice choose(const LevelView& view, std::uint64_t most_segments, double enough_px = kEnough_px,
                      UnreadTiles unread = UnreadTiles::read) const;
   static constexpr double kEnough_px = 1;
@@ -67,9 +67,10 @@ class Levels {
 };
 
 // Compares every level tile with the full-resolution tiles below it. All owned segments must be counted, and each cell
-// must have a segment or ball in the tile unless it is `coarser`. Each full-resolution segment must lie within the
-// stated error of the tile's neurites of its cell. If it does not, other segments of the tile must cover its pixels.
-// Each segment of the tile must lie within the error of its cell. Returns one line a problem. O(segments * levels).
+// must have a segment or ball in the tile or beside it (in the tiles directly below the same tile), unless the tile is
+// `coarser`. Each full-resolution segment must lie within the stated error of the tile's neurites of its cell. If it
+// does not, segments of the tile or beside it must cover its pixels. Each segment of the tile must lie within the error
+// of its cell. Returns one line a problem. O(segments * levels).
 std::vector<std::string> checkLevels(const TileSet& set, const Levels& levels);
 
 }  // namespace filiform

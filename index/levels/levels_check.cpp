@@ -7,13 +7,19 @@
 #include <algorithm>
 #include <cstdint>
 #include <limits>
+#include <memory>
+#include <optional>
 #include <string>
+#include <unordered_set>
+#include <utility>
 #include <vector>
 
 namespace filiform {
 namespace {
 
 using internal::LevelPieces;
+
+constexpr MortonKey kLastKey = (MortonKey{1} << kMortonBits) - 1;
 
 // A segment that a full-resolution tile owns.
 struct FullSegment {
@@ -32,13 +38,56 @@ std::vector<FullSegment> ownedOf(const Tile& tile) {
   return owned;
 }
 
+// The level tiles directly below one tile. Their segments together cover the pixels of what each of them hides.
+class Siblings {
+ public:
+  // `first`: the first of them; `last`: the last key of the tile above.
+  Siblings(const Levels& levels, LevelId first, MortonKey last) {
+    std::vector<std::shared_ptr<const Tile>> tiles;
+    double pixel_um = 0;
+    bool hides_some = false;
+    for (LevelId level = first; level < levels.size() && levels.entry(level).key.low <= last;) {
+      const LevelEntry& entry = levels.entry(level);
+      tiles.push_back(levels.load(level));
+      pixel_um = std::max(pixel_um, checkedPixel_um(entry, *tiles.back()));
+      hides_some |= entry.hidden > 0;
+      for (std::uint32_t s = 0; s < tiles.back()->segment_count(); ++s) cells_.insert(tiles.back()->segmentId(s).cell);
+      while (level < levels.size() && levels.entry(level).key.low <= entry.key.high()) ++level;
+    }
+    cover_.emplace(pixel_um);
+    for (const auto& tile : tiles)
+      for (std::uint32_t s = 0; hides_some && s < tile->segment_count(); ++s)
+        cover_->add(tile->position_W(tile->child(s)), tile->position_W(tile->parent(s)));
+  }
+
+  bool hasCell(std::uint32_t cell) const { return cells_.contains(cell); }
+  bool hides(const Vector3d& p_W) { return cover_->hides(p_W); }
+
+ private:
+  // Pixels allow for the simplification of what covers them. They are so large that segments cover few pixels on
+  // average, whatever the table states.
+  static double checkedPixel_um(const LevelEntry& entry, const Tile& tile) {
+    constexpr double kMostPixels = 256;  // a segment, on average
+    double length_um = 0;
+    for (std::uint32_t s = 0; s < tile.segment_count(); ++s)
+      length_um += (tile.position_W(tile.parent(s)) - tile.position_W(tile.child(s))).norm();
+    const double segments = std::max<double>(1, tile.segment_count());
+    return std::max(2 * std::max(entry.pixel_um, entry.error_um), length_um / (kMostPixels * segments));
+  }
+
+  std::unordered_set<std::uint32_t> cells_;
+  std::optional<internal::PixelCover> cover_;
+};
+
 // One level tile while the full-resolution tiles below it go by.
 class OpenLevel {
  public:
-  OpenLevel(const TileSet& set, const Levels& levels, LevelId level)
-      : OpenLevel(set, levels.entry(level), level, *levels.load(level), levels.loadAppearance(level)) {}
+  OpenLevel(const TileSet& set, const Levels& levels, LevelId level, std::shared_ptr<Siblings> siblings)
+      : OpenLevel(set, levels.entry(level), level, *levels.load(level), levels.loadAppearance(level),
+                  std::move(siblings)) {}
 
   MortonKey high() const { return entry_.key.high(); }
+  std::shared_ptr<Siblings> below;  // once the first of them is open
 
   void add(const std::vector<FullSegment>& segments) {
     owned_ += segments.size();
@@ -53,7 +102,7 @@ class OpenLevel {
         last_W.setConstant(std::numeric_limits<double>::quiet_NaN());
       }
       if (cell == nullptr) {
-        if (entry_.coarser == 0) ++missing_;
+        if (entry_.coarser == 0 && !siblings_->hasCell(s.cell)) ++missing_;
         countFar(s.child_W);
         continue;
       }
@@ -88,33 +137,21 @@ class OpenLevel {
  private:
   // The error allows for rounding of the distances, also far from the origin.
   OpenLevel(const TileSet& set, const LevelEntry& entry, LevelId level, const Tile& tile,
-            const TileAppearance& appearance)
+            const TileAppearance& appearance, std::shared_ptr<Siblings> siblings)
       : level_(level),
         entry_(entry),
         pieces_(tile, appearance, entry.error_um * (1 + 1e-9) + set.grid().quantum_um() * 1e-3),
-        cover_(checkedPixel_um(entry, pieces_)) {
+        siblings_(std::move(siblings)) {
     if (appearance.types.size() != tile.segment_count()) say("its appearance has the wrong length");
-    if (entry.hidden == 0) return;
-    for (const LevelPieces::Piece& piece : pieces_.pieces()) cover_.add(piece.a_W, piece.a_W + piece.way);
-  }
-
-  // Pixels allow for the simplification of what covers them. They are so large that segments cover few pixels on
-  // average, whatever the table states.
-  static double checkedPixel_um(const LevelEntry& entry, const LevelPieces& pieces) {
-    constexpr double kMostPixels = 256;  // a segment, on average
-    double length_um = 0;
-    for (const LevelPieces::Piece& piece : pieces.pieces()) length_um += piece.way.norm();
-    const double segments = std::max(1.0, static_cast<double>(pieces.pieces().size()));
-    return std::max(2 * std::max(entry.pixel_um, entry.error_um), length_um / (kMostPixels * segments));
   }
 
   void say(const std::string& what) { problems_.push_back("level tile " + std::to_string(level_) + ": " + what); }
-  void countFar(const Vector3d& p_W) { ++(entry_.hidden > 0 && cover_.hides(p_W) ? covered_ : far_); }
+  void countFar(const Vector3d& p_W) { ++(entry_.hidden > 0 && siblings_->hides(p_W) ? covered_ : far_); }
 
   LevelId level_;
   const LevelEntry& entry_;
   LevelPieces pieces_;
-  internal::PixelCover cover_;
+  std::shared_ptr<Siblings> siblings_;
   std::uint64_t owned_ = 0, far_ = 0, covered_ = 0, missing_ = 0;
   std::vector<std::string> problems_;
 };
@@ -124,6 +161,7 @@ class OpenLevel {
 std::vector<std::string> checkLevels(const TileSet& set, const Levels& levels) {
   std::vector<std::string> problems;
   std::vector<OpenLevel> inside;
+  std::shared_ptr<Siblings> roots;
   const auto finish = [&] {
     const std::vector<std::string> found = inside.back().finish();
     problems.insert(problems.end(), found.begin(), found.end());
@@ -135,10 +173,14 @@ std::vector<std::string> checkLevels(const TileSet& set, const Levels& levels) {
     const MortonKey low = set.entry(id).key.low;
     while (!inside.empty() && inside.back().high() < low) finish();
     for (; level < levels.size() && levels.entry(level).key.low <= low; ++level) {
-      if (levels.entry(level).key.high() < low)
+      if (levels.entry(level).key.high() < low) {
         problems.push_back("level tile " + std::to_string(level) + ": it contains no tile");
-      else
-        inside.emplace_back(set, levels, level);
+        continue;
+      }
+      std::shared_ptr<Siblings>& siblings = inside.empty() ? roots : inside.back().below;
+      if (!siblings)
+        siblings = std::make_shared<Siblings>(levels, level, inside.empty() ? kLastKey : inside.back().high());
+      inside.emplace_back(set, levels, level, std::shared_ptr(siblings));
     }
     if (inside.empty() && levels.size() > 0)
       problems.push_back("tile " + std::to_string(id) + ": no level tile contains it");

@@ -48,11 +48,11 @@ class Hider {
     }
   }
 
-  void apply(double pixel_um) {
+  void apply(double pixel_um, std::span<std::size_t> bounds) {
     for (const NeuritePath& path : all_.paths)
       for (std::uint32_t k = path.isBall() ? 0 : 1; k < path.count; ++k)
         if (kept_[path.begin + k] == 0) count(path.begin + k, path.isBall(), pixel_um);
-    cutOut(all_, kept_);
+    cutOut(all_, kept_, bounds);
   }
 
  private:
@@ -126,11 +126,11 @@ class Hider {
 
 }  // namespace
 
-void hide(Neurites& all, const Grid& grid, double pixel_um, bool every_cell) {
+void hide(Neurites& all, const Grid& grid, double pixel_um, bool every_cell, std::span<std::size_t> bounds) {
   if (all.points.empty()) return;
   Hider hider(all, grid, pixel_um);
   hider.choose(every_cell);
-  hider.apply(pixel_um);
+  hider.apply(pixel_um, bounds);
 }
 
 }  // namespace filiform

@@ -14,6 +14,8 @@ constexpr std::uint64_t kTimesInside = 4;
 // Hence a first block holds less than 8 times this number, and fits in memory.
 constexpr std::uint64_t kTimesCrowded = 2;
 
+BlockKey prefixOf(MortonKey key, int depth) { return {key & ~((MortonKey{1} << (kMortonBits - depth)) - 1), depth}; }
+
 // Walks down the octree; each leaf gets the tolerance of the last block with a level.
 class ToleranceWalk {
  public:
@@ -65,14 +67,17 @@ LevelBlocks::LevelBlocks(std::span<const BlockKey> leaves, std::span<const std::
   for (const std::uint32_t n : segments) before_.push_back(before_.back() + n);
 }
 
-BlockKey LevelBlocks::block(const LeafRange& range) const {
+BlockKey LevelBlocks::tightBlock(const LeafRange& range) const {
+  if (range.end - range.begin == 1) return leaves_[range.begin];
   const MortonKey differ = leaves_[range.begin].low ^ leaves_[range.end - 1].low;
   const auto high = static_cast<std::uint64_t>(differ >> 64), low = static_cast<std::uint64_t>(differ);
   const int zeros = high != 0 ? std::countl_zero(high) : 64 + std::countl_zero(low);
-  const int common = std::max(0, zeros - (128 - kMortonBits));
-  const int depth = common / kOctree * kOctree;
-  const MortonKey mask = ~((MortonKey{1} << (kMortonBits - depth)) - 1);
-  return {leaves_[range.begin].low & mask, depth};
+  return prefixOf(leaves_[range.begin].low, std::max(0, zeros - (128 - kMortonBits)));
+}
+
+BlockKey LevelBlocks::block(const LeafRange& range) const {
+  const BlockKey tight = tightBlock(range);
+  return prefixOf(tight.low, tight.depth / kOctree * kOctree);
 }
 
 LeafRange LevelBlocks::part(std::size_t begin, std::size_t end, int depth) const {

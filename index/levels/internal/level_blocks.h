@@ -4,6 +4,7 @@
 #include "index/geometry/grid.h"
 #include "index/geometry/morton.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -29,11 +30,15 @@ class LevelBlocks {
   LevelBlocks(std::span<const BlockKey> leaves, std::span<const std::uint32_t> segments, std::uint64_t least_segments);
 
   std::size_t size() const { return leaves_.size(); }
+  // A level is stored in blocks that show at most about so many segments in the tiles below.
+  std::uint64_t cutSegments() const { return std::max<std::uint64_t>(least_ / 8, 1); }
   const BlockKey& leaf(std::size_t at) const { return leaves_[at]; }
   std::uint64_t segments(const LeafRange& range) const { return before_[range.end] - before_[range.begin]; }
 
   // The smallest octree block that contains all leaves of the range, at least two. O(1).
   BlockKey block(const LeafRange& range) const;
+  // The smallest block of any depth that contains all leaves of the range: the leaf's, if it is one. O(1).
+  BlockKey tightBlock(const LeafRange& range) const;
   // Those leaves from `begin` on that lie in one block of the next octree level below `depth`. O(leaves of it).
   LeafRange part(std::size_t begin, std::size_t end, int depth) const;
   bool isOutermost(const LeafRange& range) const { return range.begin == 0 && range.end == leaves_.size(); }

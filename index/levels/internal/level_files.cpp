@@ -44,7 +44,7 @@ void writeLevelEntry(ByteWriter& out, const LevelEntry& e, const TileLocation& a
 void readLevelEntry(ByteReader& in, const Grid& grid, LevelEntry& e, TileLocation& at) {
   e.key.low = in.key();
   const std::uint32_t depth = in.u32();
-  in.require(depth < static_cast<std::uint32_t>(kMortonBits) && depth % 3 == 0 && e.key.low >> kMortonBits == 0,
+  in.require(depth <= static_cast<std::uint32_t>(kMortonBits) && e.key.low >> kMortonBits == 0,
              "a block lies outside the grid");
   e.key.depth = static_cast<int>(depth);
   in.require(e.key.high() - e.key.low == BlockKey{0, e.key.depth}.high(), "a block's key is invalid");

@@ -11,12 +11,17 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 namespace filiform::internal {
 
 // A leaf whose neurites are still to be read, or the neurites of a block, in memory or in the spool.
 struct LevelPiece {
+  std::size_t first_leaf = 0;
+  std::uint64_t finer = 0;  // segments of the finest tiles, of a level or in full resolution, that show the same
+  BlockKey block{};
+  std::uint32_t tiles_of_block = 0;  // level tiles made with this block
   std::optional<TileId> leaf;
   Neurites neurites;
   MemoryBudget::Hold hold;
@@ -27,7 +32,7 @@ struct LevelPiece {
 struct LevelContent {
   std::vector<LevelPiece> pieces;
   std::uint64_t points = 0;
-  std::uint64_t finer = 0;  // segments of the finest tiles, of a level or in full resolution, that show the same
+  std::uint64_t finer = 0;  // of the pieces
 };
 
 // The neurites of the block at work. A thread uses the same memory for one block after another: the system takes long
@@ -82,11 +87,18 @@ class LevelMaker {
  private:
   LevelContent leaf(const LeafRange& range) const;
   LevelContent coarsened(const LeafRange& range, const BlockKey& block, LevelContent content, bool has_level);
-  void gather(std::vector<LevelPiece> pieces, Neurites& all) const;
+  // A part of a block's neurites that gets a tile of its own.
+  struct Cut {
+    BlockKey key;
+    std::uint32_t coarser;   // tiles of the same key that are finer
+    std::size_t begin, end;  // pieces
+  };
+  void cut(std::span<const LevelPiece> pieces, std::size_t begin, const LeafRange& range, std::vector<Cut>& cuts) const;
+  void gather(std::span<LevelPiece> pieces, Neurites& all) const;
   // Keeps the neurites of a block for the block above.
-  void keep(const Neurites& neurites, LevelContent& content);
+  void keep(const Neurites& neurites, LevelPiece piece, LevelContent& content);
   // Makes further tiles of the outermost block, so that one of them fits every limit.
-  void makeCoarser(Neurites& neurites, const BlockKey& block, double parts);
+  void makeCoarser(Neurites& neurites, const BlockKey& block, double parts, bool is_cut);
 };
 
 }  // namespace filiform::internal

@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <functional>
+#include <queue>
 #include <utility>
 #include <vector>
 
@@ -52,8 +53,7 @@ class LevelRefinement {
     for (std::size_t i = 0; i < open.size(); ++i) {
       const LevelPart part = open[i];
       const std::vector<LevelPart> below = finer_(part);
-      std::uint64_t sum = 0;
-      for (const LevelPart& finer : below) sum += finer.segments;
+      const std::uint64_t sum = segmentsOf(below);
       if (segments_ - part.segments + sum > most_) {
         settled_.push_back(part);
         continue;
@@ -63,6 +63,27 @@ class LevelRefinement {
     }
     parts_ = std::move(left);
   }
+  // Replaces single parts, that of the largest error first, each that fits, until no error exceeds `above_px`.
+  void refineSingly(double above_px) {
+    const auto later = [](const LevelPart& a, const LevelPart& b) {
+      return a.error_px != b.error_px ? a.error_px < b.error_px : a.tile > b.tile;
+    };
+    std::priority_queue<LevelPart, std::vector<LevelPart>, decltype(later)> open(later, std::move(parts_));
+    parts_.clear();
+    while (!open.empty() && open.top().error_px > above_px) {
+      const LevelPart part = open.top();
+      open.pop();
+      const std::vector<LevelPart> below = finer_(part);
+      const std::uint64_t sum = segmentsOf(below);
+      if (segments_ - part.segments + sum > most_) {
+        settled_.push_back(part);
+        continue;
+      }
+      segments_ += sum - part.segments;
+      for (const LevelPart& finer : below) open.push(finer);
+    }
+    for (; !open.empty(); open.pop()) settled_.push_back(open.top());
+  }
   std::uint64_t segments() const { return segments_; }
   std::vector<LevelPart> take() {
     parts_.insert(parts_.end(), settled_.begin(), settled_.end());
@@ -70,6 +91,11 @@ class LevelRefinement {
   }
 
  private:
+  static std::uint64_t segmentsOf(const std::vector<LevelPart>& parts) {
+    std::uint64_t sum = 0;
+    for (const LevelPart& part : parts) sum += part.segments;
+    return sum;
+  }
   // Segments that further replacement may remove again.
   static std::uint64_t slackOf(const std::vector<LevelPart>& open, double above_px) {
     std::uint64_t sum = 0;

@@ -360,7 +360,7 @@ void simplify(Neurites& all, const Grid& grid, double tolerance_um) {
   all.error_um += work.largest() + reach_um;
 }
 
-void cutOut(Neurites& all, std::span<const std::uint8_t> kept) {
+void cutOut(Neurites& all, std::span<const std::uint8_t> kept, std::span<std::size_t> bounds) {
   std::size_t pieces = 0;
   for (const NeuritePath& path : all.paths) {
     if (path.isBall()) pieces += kept[path.begin] != 0 ? 1 : 0;
@@ -374,7 +374,9 @@ void cutOut(Neurites& all, std::span<const std::uint8_t> kept) {
   if (!inOrder(all.paths)) others.resize(all.points.size());
   NeuritePoint* to = others.empty() ? all.points.data() : others.data();
   std::uint32_t written = 0;
+  std::size_t bound = 0;
   for (const NeuritePath& path : all.paths) {
+    for (; bound < bounds.size() && &path == all.paths.data() + bounds[bound]; ++bound) bounds[bound] = paths.size();
     const NeuritePoint* from = all.points.data() + path.begin;
     if (path.isBall() && kept[path.begin] != 0) {
       paths.push_back(path);
@@ -396,6 +398,7 @@ void cutOut(Neurites& all, std::span<const std::uint8_t> kept) {
       if (paths.back().count == path.count) paths.back().lowest = path.lowest;
     }
   }
+  for (; bound < bounds.size(); ++bound) bounds[bound] = paths.size();
   if (!others.empty()) all.points = std::move(others);
   all.points.resize(written);
   all.paths = std::move(paths);

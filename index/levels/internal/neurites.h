@@ -62,11 +62,13 @@ void simplify(Neurites& neurites, const Grid& grid, double tolerance_um);
 // Hides segments whose pixels are covered by other segments of the block from each of 7 directions: along axes and
 // diagonals of a cube. Pixels are squares of `pixel_um`. Every pixel that the neurites cover from
 // one of these directions stays covered. Long paths are kept first. `every_cell`: balls stay, and the longest
-// segment of each cell. O(segments * pixels of a segment).
-void hide(Neurites& neurites, const Grid& grid, double pixel_um, bool every_cell = true);
+// segment of each cell. `bounds`: as for cutOut(). O(segments * pixels of a segment).
+void hide(Neurites& neurites, const Grid& grid, double pixel_um, bool every_cell = true,
+          std::span<std::size_t> bounds = {});
 
-// Removes balls, and the segments that end at a point, where `kept` is 0. The paths fall into pieces.
-void cutOut(Neurites& neurites, std::span<const std::uint8_t> kept);
+// Removes balls, and the segments that end at a point, where `kept` is 0. The paths fall into pieces. `bounds`:
+// ascending places among the paths; each becomes the place of what is left of the paths from there on.
+void cutOut(Neurites& neurites, std::span<const std::uint8_t> kept, std::span<std::size_t> bounds = {});
 
 // The segments of a tile. Samples are numbered along the paths, anew for each cell. Fills `appearance` in the same
 // order.

@@ -55,7 +55,7 @@ void CatmaidSpace::addLevels(const Levels* levels) {
 
   std::map<int, std::uint32_t> most_segments;  // by depth
   for (LevelId level = 0; levels != nullptr && level < levels->size(); ++level) {
-    std::uint32_t& most = most_segments[levels->entry(level).key.depth];
+    std::uint32_t& most = most_segments[levels->entry(level).key.depth / 3 * 3];
     most = std::max(most, levels->entry(level).segments);
   }
   const std::uint64_t capacity = set_.capacity();
