@@ -23,8 +23,8 @@ struct LevelOptions {
 // Makes level tiles of octree blocks (LevelBlocks says which) with at least two parts (leaves or such blocks), where a
 // tile has several times fewer segments than the tiles below it. The outermost block always has one. E is the smaller
 // of the block's edge and its content's extent. The tolerance is E / 512, or E / 256 without level tiles below. If
-// neurites overlap, hide() removes segments, with pixels of E / 512. The outermost block has further, coarser tiles,
-// each 1.5 times the one before, until few segments remain.
+// neurites overlap, hide() removes segments, with pixels of E / 512. The tile is then stored in parts, each a tile. The
+// outermost block has further, coarser tiles in one piece, each 1.5 times the one before, until few segments remain.
 //
 // Writes levels.bin and levels-NNNNN.pack into the folder. Returns these files with their digests, for the manifest.
 // Takes options.memory for the neurites of one block and, for each thread, those of the leaves below one block. The
