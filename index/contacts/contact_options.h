@@ -19,6 +19,9 @@ struct ContactOptions {
   unsigned threads = 1;  // at least 1
   // Called now and then on the calling thread, with the tiles done so far; its exceptions end the search.
   std::function<void(std::uint64_t done, std::uint64_t tiles)> check{};
+
+  // Both sides have the same cells and types.
+  bool sidesAreAlike() const { return from == to && from_types == to_types; }
 };
 
 }  // namespace filiform

@@ -8,7 +8,7 @@
 
 namespace filiform::internal {
 
-// Arrays: of `from`, of `to`. Written to files as it lies in memory.
+// Arrays: of `from`, of `to`.
 struct ContactPair {
   std::array<std::uint32_t, 2> cell, segment, child, parent;
   double distance_um;

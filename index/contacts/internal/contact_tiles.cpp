@@ -11,9 +11,6 @@
 namespace filiform::internal {
 namespace {
 
-// What surfaces count with; 0 for an unknown radius.
-double countedRadius_um(float radius_um) { return radius_um > 0 && std::isfinite(radius_um) ? radius_um : 0; }
-
 WorldBox emptyWorldBox() {
   return {Vector3d::Constant(std::numeric_limits<double>::infinity()),
           Vector3d::Constant(-std::numeric_limits<double>::infinity())};
@@ -24,18 +21,19 @@ WorldBox emptyWorldBox() {
 ContactTiles::ContactTiles(const TileStore& store, const ContactOptions& options)
     : store_(store),
       surface_(options.surface),
-      budget_bytes_(options.memory_bytes / 4),
+      budget_bytes_(options.memory_bytes / 8 * 3),
       sides_by_cell_(store.cell_count(), 0),
       sides_by_type_(std::size_t{1} << 16, 0) {
-  for (const std::uint32_t cell : options.from) sides_by_cell_[cell] |= kFromSide;
-  for (const std::uint32_t cell : options.to) sides_by_cell_[cell] |= kToSide;
-  const auto addTypes = [&](const std::vector<std::uint16_t>& types, std::uint8_t side) {
-    for (const std::uint16_t type : types) sides_by_type_[type] |= side;
+  const auto add = [&](std::size_t side, const std::vector<std::uint32_t>& cells,
+                       const std::vector<std::uint16_t>& types) {
+    const auto bit = static_cast<std::uint8_t>(1 << side);
+    for (const std::uint32_t cell : cells) sides_by_cell_[cell] |= bit;
+    for (const std::uint16_t type : types) sides_by_type_[type] |= bit;
     if (types.empty())
-      for (std::uint8_t& sides : sides_by_type_) sides |= side;
+      for (std::uint8_t& sides : sides_by_type_) sides |= bit;
   };
-  addTypes(options.from_types, kFromSide);
-  addTypes(options.to_types, kToSide);
+  add(kFromSide, options.from, options.from_types);
+  if (!options.sidesAreAlike()) add(kToSide, options.to, options.to_types);
   if (surface_) radii_.emplace(store, options.memory_bytes / 8);
 }
 
@@ -96,10 +94,10 @@ std::shared_ptr<const ContactTile> ContactTiles::get(TileId id) {
 
 std::shared_ptr<const ContactTile> ContactTiles::make(TileId id) const {
   const TileStore& store = surface_ ? radii_->tiles() : store_;
-  const std::shared_ptr<const Tile> loaded = store.load(id);
+  const std::shared_ptr<const Tile> loaded = store.loadToSearch(id);
   const TileAppearance appearance = store.loadAppearance(id);
   const Tile& tile = *loaded;
-  const auto made = std::make_shared<ContactTile>();
+  const auto made = std::make_shared<ContactTile>(loaded);
   std::vector<std::uint32_t> place_of(tile.segment_count());  // among the owned
   std::vector<float> radii_um(surface_ ? tile.node_count() : 0, kUnknownRadius);
   std::vector<bool> has_radius(radii_um.size());
@@ -123,29 +121,37 @@ std::shared_ptr<const ContactTile> ContactTiles::make(TileId id) const {
     const Vector3d a_W = store.grid().toWorld(a), b_W = store.grid().toWorld(b);
     last->box = {last->box.lo_W.cwiseMin(a_W).cwiseMin(b_W), last->box.hi_W.cwiseMax(a_W).cwiseMax(b_W)};
   });
-  for (const SegmentRun run : tile.runs())
-    for (std::uint32_t segment = run.begin(); segment < run.begin() + run.count(); ++segment) {
+  std::array<std::size_t, 2> most{};
+  for (const std::uint16_t type : appearance.types)
+    for (const std::size_t side : {kFromSide, kToSide}) most[side] += sides_by_type_[type] >> side & 1;
+  for (const std::size_t side : {kFromSide, kToSide}) {
+    made->sides[side].items.reserve(most[side]);
+    made->sides[side].row.reserve(most[side]);
+  }
+  for (const SegmentRun run : tile.runs()) {
+    const Tile::Link first = tile.link(run.begin());
+    if (sides_by_cell_[first.id.cell] == 0) continue;
+    for (std::uint32_t i = 0; i < run.count(); ++i) {
+      const std::uint32_t segment = run.begin() + i;
       if (!tile.owned(segment)) continue;
       const std::uint16_t type = appearance.types[place_of[segment]];
-      const std::uint8_t sides = sidesOf(tile.segmentId(segment).cell, type);
+      const std::uint8_t sides = sidesOf(first.id.cell, type);
       if (sides == 0) continue;
-      const Tile::Link link = tile.link(segment);
-      ContactSegment& s = made->segments.emplace_back();
-      s.cell = link.id.cell, s.segment = link.id.segment;
-      s.child = link.child_id.sample, s.parent = link.parent_id.sample;
-      s.ends.child_W = tile.position_W(link.child), s.ends.parent_W = tile.position_W(link.parent);
-      s.length_um = (s.ends.parent_W - s.ends.child_W).norm();
-      s.type = type, s.sides = sides, s.radius_is_unknown = false;
-      if (surface_) {
-        const float child_um = radii_um[link.child];
-        const float parent_um =
-            has_radius[link.parent] ? radii_um[link.parent] : radii_->of(link.parent_id, tile.gridPoint(link.parent));
-        s.ends.child_radius_um = countedRadius_um(child_um), s.ends.parent_radius_um = countedRadius_um(parent_um);
-        s.radius_is_unknown = !(child_um > 0) || !(parent_um > 0);
+      const std::uint32_t child = first.child + i, parent = i == 0 ? first.parent : child - 1;
+      std::array<float, 2> ends_um{};
+      if (surface_)
+        ends_um = {radii_um[child],
+                   has_radius[parent] ? radii_um[parent] : radii_->of(tile.nodeId(parent), tile.gridPoint(parent))};
+      for (const std::size_t side : {kFromSide, kToSide}) {
+        if ((sides >> side & 1) == 0) continue;
+        ContactTile::Side& to = made->sides[side];
+        to.items.push_back({segment, child, parent, type});
+        if (surface_) to.radii_um.push_back(ends_um);
+        to.row.add(first.id.cell, made->ends(to, to.row.size));
       }
-      made->boxes.add(RoundedBox(s.box(), 0));
     }
-  made->boxes.finish();
+  }
+  for (ContactTile::Side& side : made->sides) side.row.finish();
   return made;
 }
 

@@ -45,8 +45,8 @@ class ContactTiles {
   const TileStore& store_;
   const bool surface_;
   const std::uint64_t budget_bytes_;
-  std::vector<std::uint8_t> sides_by_cell_, sides_by_type_;
-  mutable std::optional<SampleRadii> radii_;  // only with surfaces
+  std::vector<std::uint8_t> sides_by_cell_, sides_by_type_;  // one bit a ContactSide
+  mutable std::optional<SampleRadii> radii_;                 // only with surfaces
   double largest_radius_um_ = 0;
   std::mutex mutex_;
   std::list<TileId> order_;  // most recent first

@@ -19,16 +19,19 @@ class SiteMerger {
   std::span<const ContactSite> merge(std::span<const ContactPair> pairs);
 
  private:
-  struct Joined {
-    std::uint64_t samples;
-    std::uint32_t pair;
-  };
   std::uint32_t root(std::uint32_t pair);
-  std::vector<Joined> joined_;
-  std::vector<std::uint32_t> before_;  // union-find: a lower pair of the site, or itself
+  void join(std::uint32_t a, std::uint32_t b);
+
+  struct Slot {
+    std::uint64_t samples;
+    std::uint32_t pair;  // the first with these
+  };
+  std::vector<Slot> slots_;            // a hash table
+  std::vector<std::uint32_t> before_;  // by pair: a lower pair of the site, or itself
   std::vector<std::uint32_t> site_of_;
+  std::vector<std::uint32_t> last_;  // by site: the last segment of the first cell
   struct SegmentOfSite {
-    std::uint32_t site, segment;
+    std::uint64_t key;  // the site, and the segment of the second cell
     double length_um;
   };
   std::vector<SegmentOfSite> segments_;

@@ -351,6 +351,26 @@ TEST(Contacts, ThreadsMemoryAndTilingDoNotChangeThem) {
   }
 }
 
+TEST(Contacts, ManyPairsOfTwoCellsPassThroughTheFile) {
+  const std::uint64_t seed = 5311;
+  SCOPED_TRACE(seed);
+  const auto store = storeOf(latticeCells(seed, 3, 220, 6), 100);
+  ContactOptions options = between(*store, 4);
+  ContactCounts counts;
+  const std::vector<ContactSite> expected = sitesOf(*store, options, &counts);
+  EXPECT_GT(counts.pairs, 50'000u);
+  EXPECT_EQ(counts.file_bytes, 0u);
+  options.memory_bytes = 1 << 16;
+  expectSameSites(sitesOf(*store, options, &counts), expected);
+  EXPECT_GT(counts.file_bytes, std::uint64_t{1} << 20);
+
+  const auto dense = storeOf(latticeCells(seed, 2, 300, 4), 100);
+  options = between(*dense, 5);
+  options.memory_bytes = 1 << 16;
+  const std::string what = test::whatOf<InputError>([&] { findContacts(*dense, options, [](const ContactSite&) {}); });
+  EXPECT_NE(what.find("cells 0 and 1 have more than 65 536 pairs"), std::string::npos) << what;
+}
+
 TEST(Contacts, WithoutPlacesCellsAreNotRead) {
   const auto store = storeOf(oddCells(5308), 50);
   ContactOptions options = between(*store, 1);
