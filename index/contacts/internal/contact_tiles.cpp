@@ -94,7 +94,7 @@ std::shared_ptr<const ContactTile> ContactTiles::get(TileId id) {
 
 std::shared_ptr<const ContactTile> ContactTiles::make(TileId id) const {
   const TileStore& store = surface_ ? radii_->tiles() : store_;
-  const std::shared_ptr<const Tile> loaded = store.loadToSearch(id);
+  const std::shared_ptr<const Tile> loaded = store.load(id);
   const TileAppearance appearance = store.loadAppearance(id);
   const Tile& tile = *loaded;
   const auto made = std::make_shared<ContactTile>(loaded);
@@ -102,6 +102,8 @@ std::shared_ptr<const ContactTile> ContactTiles::make(TileId id) const {
   std::vector<float> radii_um(surface_ ? tile.node_count() : 0, kUnknownRadius);
   std::vector<bool> has_radius(radii_um.size());
   std::uint32_t owned = 0;
+  TileId owner = kNoTile;  // of the last ghost, with its block
+  GridBox block;
   ContactTile::Owner* last = nullptr;
   tile.forEachSegment([&](std::uint32_t segment, std::uint32_t child, std::uint32_t parent) {
     if (tile.owned(segment)) {
@@ -111,7 +113,10 @@ std::shared_ptr<const ContactTile> ContactTiles::make(TileId id) const {
     }
     if (tile.isLong() || sides_by_cell_[tile.segmentId(segment).cell] == 0) return;
     const GridPoint a = tile.gridPoint(child), b = tile.gridPoint(parent);
-    const TileId owner = store.home(midpoint(a, b));
+    if (const GridPoint middle = midpoint(a, b); !block.contains(middle)) {
+      owner = store.home(middle);
+      block = owner == kNoTile ? GridBox{} : store.entry(owner).key.box();
+    }
     if (owner == kNoTile || owner == id) return;
     if (last == nullptr || last->tile != owner) {
       const auto known = std::find_if(made->owners.begin(), made->owners.end(),
@@ -121,13 +126,6 @@ std::shared_ptr<const ContactTile> ContactTiles::make(TileId id) const {
     const Vector3d a_W = store.grid().toWorld(a), b_W = store.grid().toWorld(b);
     last->box = {last->box.lo_W.cwiseMin(a_W).cwiseMin(b_W), last->box.hi_W.cwiseMax(a_W).cwiseMax(b_W)};
   });
-  std::array<std::size_t, 2> most{};
-  for (const std::uint16_t type : appearance.types)
-    for (const std::size_t side : {kFromSide, kToSide}) most[side] += sides_by_type_[type] >> side & 1;
-  for (const std::size_t side : {kFromSide, kToSide}) {
-    made->sides[side].items.reserve(most[side]);
-    made->sides[side].row.reserve(most[side]);
-  }
   for (const SegmentRun run : tile.runs()) {
     const Tile::Link first = tile.link(run.begin());
     if (sides_by_cell_[first.id.cell] == 0) continue;
@@ -151,7 +149,10 @@ std::shared_ptr<const ContactTile> ContactTiles::make(TileId id) const {
       }
     }
   }
-  for (ContactTile::Side& side : made->sides) side.row.finish();
+  for (ContactTile::Side& side : made->sides) {
+    side.row.finish();
+    side.items.shrink_to_fit(), side.radii_um.shrink_to_fit();
+  }
   return made;
 }
 

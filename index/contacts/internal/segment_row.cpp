@@ -172,8 +172,6 @@ SegmentRow::Box SegmentRow::Leaf::box(std::size_t lane) const {
   return box;
 }
 
-void SegmentRow::reserve(std::size_t segments) { leaves.reserve((segments + kFew - 1) / kFew); }
-
 void SegmentRow::add(std::uint32_t cell, const SegmentEnds& ends) {
   const std::size_t lane = size++ % kFew;
   if (lane == 0) leaves.emplace_back();
@@ -188,6 +186,7 @@ void SegmentRow::add(std::uint32_t cell, const SegmentEnds& ends) {
 }
 
 void SegmentRow::finish() {
+  leaves.shrink_to_fit();
   const std::size_t fews = (leaves.size() + kFew - 1) / kFew;
   boxes[0].resize(fews);
   boxes[1].resize((fews + kFew - 1) / kFew);

@@ -42,7 +42,6 @@ struct SegmentRow {
   std::array<std::vector<Boxes>, 2> boxes;  // of each leaf; of each eight leaves
   Box all;
 
-  void reserve(std::size_t segments);
   void add(std::uint32_t cell, const SegmentEnds& ends);
   void finish();  // makes the boxes
   std::uint32_t cell(std::uint32_t i) const { return leaves[i / kFew].cell[i % kFew]; }

@@ -12,6 +12,7 @@ std::vector<Workload> workloads() {
   addIngestWorkloads(all);
   addJumpWorkloads(all);
   addCellsWorkloads(all);
+  addContactsWorkloads(all);
   addStreamingWorkloads(all);
   addLoopWorkloads(all);
   addTransportWorkloads(all);

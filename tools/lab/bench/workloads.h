@@ -18,6 +18,7 @@ void addStabilityWorkloads(std::vector<Workload>& all);
 void addIngestWorkloads(std::vector<Workload>& all);
 void addJumpWorkloads(std::vector<Workload>& all);
 void addCellsWorkloads(std::vector<Workload>& all);
+void addContactsWorkloads(std::vector<Workload>& all);
 void addStreamingWorkloads(std::vector<Workload>& all);
 void addLoopWorkloads(std::vector<Workload>& all);
 void addTransportWorkloads(std::vector<Workload>& all);
