@@ -354,8 +354,8 @@ TEST(Contacts, ThreadsMemoryAndTilingDoNotChangeThem) {
 TEST(Contacts, ManyPairsOfTwoCellsPassThroughTheFile) {
   const std::uint64_t seed = 5311;
   SCOPED_TRACE(seed);
-  const auto store = storeOf(latticeCells(seed, 3, 220, 6), 100);
-  ContactOptions options = between(*store, 4);
+  const auto store = storeOf(latticeCells(seed, 4, 300, 6), 100);
+  ContactOptions options = between(*store, 5);
   ContactCounts counts;
   const std::vector<ContactSite> expected = sitesOf(*store, options, &counts);
   EXPECT_GT(counts.pairs, 50'000u);
@@ -364,8 +364,8 @@ TEST(Contacts, ManyPairsOfTwoCellsPassThroughTheFile) {
   expectSameSites(sitesOf(*store, options, &counts), expected);
   EXPECT_GT(counts.file_bytes, std::uint64_t{1} << 20);
 
-  const auto dense = storeOf(latticeCells(seed, 2, 300, 4), 100);
-  options = between(*dense, 5);
+  const auto dense = storeOf(latticeCells(seed, 2, 600, 4), 100);
+  options = between(*dense, 10);
   options.memory_bytes = 1 << 16;
   const std::string what = test::whatOf<InputError>([&] { findContacts(*dense, options, [](const ContactSite&) {}); });
   EXPECT_NE(what.find("cells 0 and 1 have more than 65 536 pairs"), std::string::npos) << what;
