@@ -17,14 +17,14 @@ constexpr std::size_t kMostInBlock = 64;  // pairs
 constexpr std::size_t kMostBlockBytes = sizeof(PairBlock) + kMostInBlock * kMostPairBytes;
 constexpr std::size_t kWindow = std::size_t{1} << 20;  // of the file, bytes
 
-std::uint64_t keyOf(const std::array<std::uint32_t, 2>& of) { return std::uint64_t{of[0]} << 32 | of[1]; }
+std::uint64_t pairKey(const std::array<std::uint32_t, 2>& of) { return std::uint64_t{of[0]} << 32 | of[1]; }
 
 constexpr auto isBefore = [](const ContactPair& a, const ContactPair& b) {
-  const std::uint64_t cells_a = keyOf(a.cell), cells_b = keyOf(b.cell);
-  return cells_a != cells_b ? cells_a < cells_b : keyOf(a.segment) < keyOf(b.segment);
+  const std::uint64_t cells_a = pairKey(a.cell), cells_b = pairKey(b.cell);
+  return cells_a != cells_b ? cells_a < cells_b : pairKey(a.segment) < pairKey(b.segment);
 };
 
-PairBlock headOf(const std::uint8_t* at) {
+PairBlock blockHead(const std::uint8_t* at) {
   PairBlock head;
   std::memcpy(&head, at, sizeof head);
   return head;
@@ -41,7 +41,7 @@ class PairSorter::Source {
   }
   bool empty() const { return at_ == nullptr; }
   std::uint64_t cells() const { return cells_; }
-  PairBlock head() const { return headOf(at_); }
+  PairBlock head() const { return blockHead(at_); }
   const std::uint8_t* bytes() const { return at_ + sizeof(PairBlock); }
   void pop() {
     if (file_ == nullptr)
@@ -59,12 +59,12 @@ class PairSorter::Source {
     } else if (used_ < filled_ || run_.begin < run_.end) {
       const auto isWhole = [&] {
         const std::size_t left = filled_ - used_;
-        return left >= sizeof(PairBlock) && left >= sizeof(PairBlock) + headOf(&window_[used_]).bytes;
+        return left >= sizeof(PairBlock) && left >= sizeof(PairBlock) + blockHead(&window_[used_]).bytes;
       };
       if (!isWhole()) fill();
       at_ = &window_[used_];
     }
-    if (at_ != nullptr) cells_ = keyOf(head().cells);
+    if (at_ != nullptr) cells_ = pairKey(head().cells);
   }
   // A window has room for any block.
   void fill() {
@@ -117,7 +117,7 @@ void PairSorter::keep(Buffer& buffer, std::span<const ContactPair> pairs) {
     buffer.at = buffer.pages.emplace_back(new std::uint8_t[buffer.left]).get();
   }
   std::memcpy(buffer.at, bytes, size);
-  buffer.blocks.push_back({keyOf(head.cells), buffer.at});
+  buffer.blocks.push_back({pairKey(head.cells), buffer.at});
   buffer.at += size, buffer.left -= size;
 }
 
@@ -129,7 +129,7 @@ void PairSorter::spill(Buffer& buffer) {
   sortBlocks(buffer);
   std::vector<std::uint8_t> window;
   std::uint64_t bytes = 0;
-  for (const Kept& block : buffer.blocks) bytes += sizeof(PairBlock) + headOf(block.at).bytes;
+  for (const Kept& block : buffer.blocks) bytes += sizeof(PairBlock) + blockHead(block.at).bytes;
   std::uint64_t at = 0;
   {
     const std::lock_guard lock(mutex_);
@@ -144,7 +144,7 @@ void PairSorter::spill(Buffer& buffer) {
     window.clear();
   };
   for (const Kept& block : buffer.blocks) {
-    window.insert(window.end(), block.at, block.at + sizeof(PairBlock) + headOf(block.at).bytes);
+    window.insert(window.end(), block.at, block.at + sizeof(PairBlock) + blockHead(block.at).bytes);
     if (window.size() >= kWindow) flush();
   }
   flush();
