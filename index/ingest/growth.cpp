@@ -14,6 +14,7 @@
 #include "index/reports/input_report.h"
 #include "index/set/internal/cells_file.h"
 #include "index/set/internal/manifest.h"
+#include "index/subsets/set_cells.h"
 #include "index/text.h"
 
 #include <algorithm>
@@ -229,14 +230,8 @@ void keepSources(const TileSet& base, const std::vector<std::uint32_t>& cells, P
   if (cells.empty()) return;
   std::set<std::string> known;
   for (const Provenance::Source& source : now.sources) known.insert(source.name);
-  const Provenance before = internal::decodeProvenance(base.readProvenance(), base.manifest());
-  for (const Provenance::Source& source : before.sources) {
-    const bool needed = std::any_of(cells.begin(), cells.end(), [&](std::uint32_t cell) {
-      const std::string& name = base.cell(cell).source;
-      return name == source.name || name.starts_with(source.name + "/");
-    });
-    if (needed && !known.contains(source.name)) now.sources.push_back(source);
-  }
+  for (const Provenance::Source& source : sourcesOfCells(base, cells))
+    if (!known.contains(source.name)) now.sources.push_back(source);
   std::stable_sort(now.sources.begin(), now.sources.end(), [](const auto& a, const auto& b) {
     return std::tie(a.name, a.digest, a.bytes) < std::tie(b.name, b.digest, b.bytes);
   });

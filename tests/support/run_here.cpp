@@ -44,6 +44,7 @@ std::vector<std::vector<std::string>> goodCommands() {
           {"cells", "set.fil"},
           {"measure", "set.fil"},
           {"contacts", "set.fil", "--within", "1"},
+          {"compare", "set.fil", "cell.swc"},
           {"verify", "set.fil"},
           {"nearest", "set.fil", "1", "2", "3"},
           {"path", "set.fil", "cell:1", "cell:2"},

@@ -52,6 +52,7 @@ const std::vector<CampaignCommand>& readers() {
       {"cells", {"cells", "SET"}},
       {"measure", {"measure", "SET", "--features", "all", "--sholl", "10"}},
       {"contacts", {"contacts", "SET", "--within", "1", "--memory", "64MiB"}},
+      {"compare", {"compare", "SET", "cell_00000", "cell_00001"}},
       {"nearest", {"nearest", "SET", "0", "700", "0", "--k", "3", "--budget", "64MiB"}},
       {"nearest --approximate", {"nearest", "SET", "0", "700", "0", "--approximate"}},
       {"nearest --box", {"nearest", "SET", "--box", "-50", "0", "-50", "50", "900", "50"}},

@@ -203,10 +203,10 @@ using ByCommand = std::map<std::string, std::string>;
 
 // The first field of --json, and the first column of --tsv.
 const ByCommand kFirstFields{{"check", "verdict"}, {"info", "cells"},   {"cells", "id"},         {"nearest", "query"},
-                             {"path", "cell"},     {"measure", "id"},   {"navigate", "outcome"}, {"devices", "devices"},
+                             {"path", "cell"},     {"measure", "id"},   {"compare", "a"},   {"navigate", "outcome"}, {"devices", "devices"},
                              {"render", "width"},  {"bench", "format"}, {"replay", "set"}};
 const ByCommand kFirstColumns{
-    {"check", "file"}, {"cells", "id"}, {"measure", "id"}, {"nearest", "query"}, {"path", "sample"}};
+    {"check", "file"}, {"cells", "id"}, {"measure", "id"}, {"compare", "a"}, {"nearest", "query"}, {"path", "sample"}};
 // A part of the text output of each command.
 const ByCommand kTexts{{"synth", " segments, "},
                        {"check", " accepted, "},
@@ -218,6 +218,7 @@ const ByCommand kTexts{{"synth", " segments, "},
                        {"cells", "length"},
                        {"measure", " "},
                        {"contacts", "contact site"},
+                       {"compare", "same"},
                        {"verify", ": sound: "},
                        {"nearest", "query\trank"},
                        {"path", " um along the cell, "},

@@ -33,6 +33,8 @@ class ForgedSets : public ::testing::Test {
     return {{"cells", set},
             {"measure", set},
             {"contacts", set, "--within", "1"},
+            {"compare", set, store_->cell(0).name, store_->cell(1).name},
+            {"ingest", set, "-o", path("part.fil")},
             {"export", set, "--all", "-o", path("out" + std::to_string(++outputs_) + "/")},
             {"export", set, "--cell", store_->cell(0).name, "-o", path("out.swc")},
             {"navigate", set, "--cell", store_->cell(0).name, "--seconds", "0.1"},

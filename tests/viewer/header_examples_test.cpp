@@ -19,6 +19,9 @@
 #include "index/cell/cell_parts.h"
 #include "index/circuits/circuit.h"
 #include "index/circuits/placements.h"
+#include "index/compare/cell_change.h"
+#include "index/compare/set_changes.h"
+#include "index/compare/trace_distance.h"
 #include "index/contacts/contacts.h"
 #include "index/file/faulty_source.h"
 #include "index/file/future_read.h"
@@ -38,6 +41,8 @@
 #include "index/remote/http_source.h"
 #include "index/set/tile_set.h"
 #include "index/set/tiles_ahead.h"
+#include "index/subsets/set_cells.h"
+#include "index/subsets/subset.h"
 #include "solver/force/force_gate.h"
 #include "solver/graph/nearby_graph.h"
 #include "solver/loop/haptic_loop.h"
@@ -121,6 +126,34 @@ void contacts(const std::unique_ptr<TileSet>& set, const std::vector<std::uint32
   findContacts(*set, {.within_um = 2, .from = cells, .to = cells}, [&](const ContactSite& site) {
     std::cout << set->cell(site.sides[0].cell).name << " meets " << set->cell(site.sides[1].cell).name << " at "
               << site.sides[0].p_W.transpose() << ", " << site.distance_um << " um\n";
+  });
+}
+
+void subset(const std::unique_ptr<TileSet>& set) {
+  // index/subsets/subset.h
+  std::vector<std::uint32_t> cells = CellFilter({"mtype=L5_*"}).select(*set, CellAttributes(*set));
+  cells = cellsInBox(*set, cells, {set->grid().snap({0, 0, 0}), set->grid().snap({100, 100, 100})});
+  SetCells stream(*set, cells);
+  ingest(stream, "part.fil", {.provenance = [&] { return stream.provenance(); }});
+}
+
+void comparedCells(const TileSet& old_set, const TileSet& new_set, std::uint32_t a, std::uint32_t b) {
+  // index/compare/cell_change.h
+  const CellChange change = compareCells(readCell(old_set, a, true), readCell(new_set, b, true));
+  if (change.kind == CellFate::kChanged) std::cout << change.samples_added << " samples added\n";
+}
+
+void tracesCompared(const CellGraph& first, const CellGraph& second) {
+  // index/compare/trace_distance.h
+  const TraceDistance d = traceDistance(first, second, {.within_um = 2});
+  std::cout << d.within_length_um / d.length_um << " of the first lies within 2 um of the second\n";
+}
+
+void setsCompared() {
+  // index/compare/set_changes.h
+  const auto before = TileSet::open("old.fil"), now = TileSet::open("new.fil");
+  compareSets(*before, *now, {}, [](const CellDifference& cell) {
+    if (cell.change.kind != CellFate::kSame) std::cout << cell.names[0] << ' ' << name(cell.change.kind) << '\n';
   });
 }
 
@@ -538,7 +571,7 @@ TEST(HeaderExamples, AllAreCompiledHereAsTheyStandThere) {
             << text;
       }
     }
-  EXPECT_EQ(count, 50u) << "examples; a new one goes into this file";
+  EXPECT_EQ(count, 54u) << "examples; a new one goes into this file";
 }
 
 TEST(HeaderExamples, AnExampleIsTold) {

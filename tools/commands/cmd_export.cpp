@@ -10,15 +10,16 @@
 #include "index/query/cell_graph.h"
 #include "index/query/cell_pass.h"
 #include "index/set/tile_set.h"
+#include "index/subsets/subset.h"
 #include "index/text.h"
 #include "tools/commands/commands.h"
+#include "tools/commands/shared/cell_choice.h"
 #include "tools/commands/shared/remote_arguments.h"
 #include "tools/program/interruption.h"
 #include "tools/program/output_check.h"
 #include "tools/program/output_folder.h"
 #include "tools/program/progress.h"
 #include "tools/program/progress_option.h"
-#include "tools/words/cell_name.h"
 #include "tools/words/numbers.h"
 
 #include <array>
@@ -35,7 +36,8 @@ namespace {
 
 struct ExportArguments {
   std::shared_ptr<const RemoteArguments> remote;
-  std::string set, cell, out, format;
+  std::string set, out, format;
+  CellChoice choice;
   bool all = false;
 };
 
@@ -94,9 +96,34 @@ void writeCell(std::ostream& out, const CellGraph& cell, FileFormat format) {
   }
 }
 
-int exportFile(const TileStore& set, std::uint32_t id, const std::string& path, FileFormat format) {
+// What is written of a set.
+struct Exported {
+  const TileSet& set;
+  std::vector<std::uint32_t> ids;
+  std::vector<std::uint16_t> types;  // only samples of these; empty: all
+  std::uint64_t samples = 0;         // written so far
+};
+
+class ExportedCells {
+ public:
+  ExportedCells(Exported& exported, std::vector<std::uint32_t> order)
+      : exported_(exported), pass_(exported.set, std::move(order), {.check = throwIfInterrupted}) {}
+  CellGraph next() {
+    throwIfInterrupted();
+    CellGraph cell = pass_.next();
+    if (!exported_.types.empty()) keepTypes(cell, exported_.types);
+    exported_.samples += cell.samples();
+    return cell;
+  }
+
+ private:
+  Exported& exported_;
+  CellPass pass_;
+};
+
+int exportFile(Exported& exported, const std::string& path, FileFormat format) {
   Output out(path, {.cancel = &interruptFlag()});
-  const CellGraph cell = readCell(set, id, true);
+  const CellGraph cell = ExportedCells(exported, exported.ids).next();
   writeCell(out.stream(), cell, format);
   out.finish();
   if (!out.isStandardOutput())
@@ -107,12 +134,12 @@ int exportFile(const TileStore& set, std::uint32_t id, const std::string& path, 
 // The files of several cells. Without --format: SWC, or an edge list if the cell has loops.
 class CellFiles {
  public:
-  CellFiles(const TileStore& set, const std::vector<std::uint32_t>& ids, std::optional<FileFormat> format)
-      : cells_(set, ids, {.check = throwIfInterrupted}) {
+  CellFiles(Exported& exported, std::optional<FileFormat> format) : cells_(exported, exported.ids) {
     std::vector<std::string> names;
-    for (const std::uint32_t id : ids) {
-      names.push_back(set.cell(id).name);
-      formats_.push_back(format.value_or(hasLoops(set.cell(id)) ? FileFormat::edges : FileFormat::swc));
+    for (const std::uint32_t id : exported.ids) {
+      const CellRecord& record = exported.set.cell(id);
+      names.push_back(record.name);
+      formats_.push_back(format.value_or(hasLoops(record) ? FileFormat::edges : FileFormat::swc));
     }
     names_ = safeFileNames(names);
   }
@@ -120,14 +147,13 @@ class CellFiles {
   std::string name(std::size_t i) const { return names_[i] + endingOf(formats_[i]); }
   // Call it once for each file, in their order.
   std::string text(std::size_t i) {
-    throwIfInterrupted();
     std::ostringstream text;
     writeCell(text, cells_.next(), formats_[i]);
     return std::move(text).str();
   }
 
  private:
-  CellPass cells_;
+  ExportedCells cells_;
   std::vector<FileFormat> formats_;
   std::vector<std::string> names_;
 };
@@ -154,8 +180,9 @@ void exportFolder(CellFiles& files, const std::string& path, Progress& progress)
 }
 
 // The cells as Neuroglancer skeletons: one file a cell, or many in a file (shards).
-void exportSkeletons(const TileSet& set, const std::vector<std::uint32_t>& ids, const std::string& path, bool shards,
-                     Progress& progress) {
+void exportSkeletons(Exported& exported, const std::string& path, bool shards, Progress& progress) {
+  const TileSet& set = exported.set;
+  const std::vector<std::uint32_t>& ids = exported.ids;
   GridBox bounds;
   std::uint64_t bytes = 0;
   std::vector<std::uint64_t> numbers;
@@ -175,12 +202,11 @@ void exportSkeletons(const TileSet& set, const std::vector<std::uint32_t>& ids, 
   std::vector<std::uint32_t> in_order = ids;
   if (layout)
     for (std::size_t at = 0; const std::size_t i : layout->order()) in_order[at++] = ids[i];
-  CellPass pass(set, std::move(in_order), {.check = throwIfInterrupted});
+  ExportedCells cells_in_order(exported, std::move(in_order));
   std::uint64_t done = 0;
   const auto skeleton = [&](std::size_t) {
-    throwIfInterrupted();
     std::ostringstream out;
-    format.write(out, pass.next());
+    format.write(out, cells_in_order.next());
     progress.update(++done);
     return std::move(out).str();
   };
@@ -202,38 +228,35 @@ int runExport(const ExportArguments& a) {
   const Destination to = destinationOf(a.out, a.format);
   const std::optional<FileFormat> format = formatNamed(a.format);
   const bool one_file = to.kind == Destination::Kind::kFile;
-  if (a.all && !a.cell.empty()) throw UsageError("--all and --cell: give one of them");
-  if (one_file && a.cell.empty())
-    throw UsageError(
-        a.all ? "--all writes many files: give --output DIR/, ARCHIVE.zip or DIR.precomputed"
-              : "name the cell with --cell, or give --output DIR/, ARCHIVE.zip or DIR.precomputed for all cells");
+  if (a.all && a.choice.any())
+    throw UsageError("--all exports every cell: leave out --cell, --where, --box and --type");
+  if (one_file && a.all)
+    throw UsageError("--all writes many files: give --output DIR/, ARCHIVE.zip or DIR.precomputed");
+  if (one_file && !a.choice.any())
+    throw UsageError("name the cell with --cell, or give --output DIR/, ARCHIVE.zip or DIR.precomputed for all cells");
   if (format && (one_file || to.kind == Destination::Kind::kSkeletons))
     throw UsageError("--format is for files in a folder or a zip; here the ending of --output chooses the format");
   if (one_file || to.kind == Destination::Kind::kZip) checkOutputs({{"SET", a.set}}, {{"--output", a.out}});
 
   const auto set = TileSet::open(a.set, a.remote->options());
-  std::vector<std::uint32_t> ids;
-  if (!a.cell.empty()) {
-    ids.push_back(findCellNamed(*set, a.cell));
-  } else {
-    for (std::uint32_t id = 0; id < set->cell_count(); ++id)
-      if (!set->cell(id).removed) ids.push_back(id);
-  }
-  if (one_file) return exportFile(*set, ids.front(), a.out, to.format);
-  if (ids.empty()) throw InputError(inShort(a.set) + ": the tile set has no cell");
-  std::uint64_t samples = 0;
-  for (const std::uint32_t id : ids) samples += set->cell(id).samples;
+  Exported exported{*set, a.choice.select(*set, 0), a.choice.sampleTypes()};
+  const std::string cells = counted(exported.ids.size(), "cell");
+  if (one_file && exported.ids.size() > 1)
+    throw UsageError(inShort(a.out) + " is one file, but " + cells +
+                     " are chosen: give --output DIR/, ARCHIVE.zip or DIR.precomputed, or one --cell");
+  if (one_file) return exportFile(exported, a.out, to.format);
 
-  Progress progress({.title = "export", .noun = "cells", .total = ids.size()});
+  Progress progress({.title = "export", .noun = "cells", .total = exported.ids.size()});
   if (to.kind == Destination::Kind::kSkeletons || to.kind == Destination::Kind::kShards) {
-    exportSkeletons(*set, ids, a.out, to.kind == Destination::Kind::kShards, progress);
+    exportSkeletons(exported, a.out, to.kind == Destination::Kind::kShards, progress);
   } else {
-    CellFiles files(*set, ids, format);
+    CellFiles files(exported, format);
     to.kind == Destination::Kind::kZip ? exportZip(files, a.out, progress) : exportFolder(files, a.out, progress);
   }
   progress.finish();
-  (isStandardOutput(a.out) ? std::cerr : std::cout) << inShort(a.out) << ": " << counted(ids.size(), "cell") << ", "
-                                                    << counted(samples, "sample") << " of " << inShort(a.set) << '\n';
+  (isStandardOutput(a.out) ? std::cerr : std::cout)
+      << inShort(a.out) << ": " << cells << ", " << counted(exported.samples, "sample") << " of " << inShort(a.set)
+      << '\n';
   return 0;
 }
 
@@ -245,15 +268,20 @@ void addExport(CLI::App& app, Chosen& chosen) {
   command->footer(
       "Examples:\n  filiform export column.fil --cell cell_00042 -o cell_00042.swc\n"
       "  filiform export column.fil --all -o cells.zip\n"
+      "  filiform export column.fil --where 'measure:length>1000' --box 0 0 0 200 200 200 -o near.zip\n"
+      "  filiform export column.fil --type axon -o axons/\n"
       "  filiform export column.fil --all -o column.precomputed\n"
       "  filiform export column.fil --all --format precomputed -o column_web/\n"
       "The ending chooses the format: .swc, .edges (keeps loops), .obj, .vtk. No ending, a device, a pipe or - is "
       "SWC.\n"
+      "A cell is exported whole if it has a segment in --box. With --type, a neurite that is cut from its parent "
+      "begins "
+      "with a root.\n"
       "A folder, DIR/, or ARCHIVE.zip gets one file a cell. DIR.precomputed is a folder of Neuroglancer skeletons, one "
       "file each.\n--format precomputed writes the same skeletons into few files, for any server of files that answers "
       "ranges.");
   command->add_option("SET", a->set, "tile set, or its address")->required();
-  command->add_option("--cell", a->cell, "export the cell of this name");
+  addCellChoice(*command, a->choice, "export");
   command->add_flag("--all", a->all, "export every cell, into a folder, a zip or a precomputed folder");
   command->add_option("-o,--output", a->out, "write FILE, DIR/, ARCHIVE.zip or DIR.precomputed; - for standard output")
       ->required()

@@ -10,8 +10,10 @@
 #include "index/output.h"
 #include "index/ranks/rank_inputs.h"
 #include "index/remote/http_source.h"
+#include "index/subsets/set_cells.h"
 #include "index/text.h"
 #include "tools/commands/commands.h"
+#include "tools/commands/shared/cell_choice.h"
 #include "tools/commands/shared/circuit_report.h"
 #include "tools/commands/shared/growth_report.h"
 #include "tools/commands/shared/ingest_progress.h"
@@ -40,7 +42,7 @@ namespace filiform::tools {
 namespace {
 
 struct IngestArguments {
-  std::vector<std::string> inputs, removed;
+  std::vector<std::string> inputs, removed, cells, types;
   std::string out, unit = "um", quantum = "2^-9", memory = "1GiB", report, placements, attributes, key;
   std::uint32_t capacity = PartitionOptions{}.capacity;
   unsigned threads = 0;
@@ -50,6 +52,10 @@ struct IngestArguments {
   bool apply_offset = false, strict = false, force = false, add = false, no_levels = false;
   bool sync = false, remove_gone = false, json = false;
   std::shared_ptr<ReadingArguments> reading;
+  const CLI::App* command = nullptr;
+
+  CellChoice choice() const { return {cells, reading->where, reading->box, types}; }
+  bool isGiven(const char* option) const { return command->count(option) > 0; }
 };
 
 int quantumExponentOf(const std::string& text) {
@@ -143,6 +149,55 @@ int runRemove(const IngestArguments& a, IngestOptions options) {
   return 0;
 }
 
+// True for the folder of a tile set, and for an address of one, by its form.
+bool isSet(const std::string& input) {
+  std::error_code error;
+  if (!isAddress(input)) return std::filesystem::is_regular_file(input + "/CURRENT", error);
+  std::string name = input;
+  while (name.ends_with('/')) name.pop_back();
+  return endsWithNoCase(name, ".fil") || name.find("/v1/sets/") != std::string::npos;
+}
+
+// Makes a set of cells of another, or adds them to one.
+int runFromSet(const IngestArguments& a, IngestOptions options) {
+  const std::string& from = a.inputs.front();
+  if (a.inputs.size() > 1)
+    throw UsageError("INPUT " + inShort(from) + " is a tile set; give it alone, or make several sets one with --add");
+  for (const char* const option :
+       {"--placements", "--attributes", "--unit", "--apply-offset", "--version", "--ids", "--one-cell-a-file",
+        "--strict", "--sync", "--report", "--population", "--morphologies", "--no-soma-links"})
+    if (a.isGiven(option))
+      throw UsageError(std::string(option) + " is for files of neurons; INPUT " + inShort(from) + " is a tile set");
+  std::error_code error;
+  if (std::filesystem::equivalent(from, a.out, error))
+    throw UsageError("INPUT and --output are the same tile set " + inShort(from));
+  const auto set = TileSet::open(from, a.reading->remote->options());
+  if (!a.isGiven("--capacity")) options.capacity = set->capacity();
+  if (!a.isGiven("--quantum")) options.quantum_exponent = set->grid().exponent();
+  const unsigned threads = threadsOr(a.threads);
+  options.reading_bytes = options.memory / 4;
+  SetCells cells(*set, a.choice().select(*set, threads),
+                 {.types = a.choice().sampleTypes(),
+                  .memory_bytes = options.reading_bytes,
+                  .threads = threads,
+                  .check = throwIfInterrupted});
+  options.provenance = [&] { return cells.provenance(); };
+  IngestProgress progress(a.log_s);
+  options.progress = [&](const char* phase, std::uint64_t done, std::uint64_t total) {
+    progress.build(phase, done, total);
+  };
+  GrowthResult result;
+  if (a.add)
+    result = addCells(cells, a.out, options);
+  else
+    result.set = ingest(cells, a.out, options);
+  progress.end();
+  std::cout << (a.json  ? jsonText(ingestJson(result.set, {}, nullptr)) + "\n"
+                : a.add ? reportOf(a.out, result)
+                        : reportOf(a.out, result.set));
+  return 0;
+}
+
 // Growing a set is the work of one process.
 void checkTogether(const IngestArguments& a) {
   if (a.add || a.sync || !a.removed.empty())
@@ -156,6 +211,12 @@ int runIngest(const IngestArguments& a, Ranks* ranks) {
   checkGrowth(a);
   if (ranks != nullptr) checkTogether(a);
   if (!a.removed.empty()) return runRemove(a, std::move(options));
+  if (std::any_of(a.inputs.begin(), a.inputs.end(), isSet)) {
+    if (ranks != nullptr) throw UsageError("a tile set as INPUT: use filiform ingest, without ranks");
+    return runFromSet(a, std::move(options));
+  }
+  if (!a.cells.empty() || !a.types.empty())
+    throw UsageError("--cell and --type choose from a tile set; no INPUT is one");
   InputOptions reading;
   reading.swc = {.apply_offset = a.apply_offset, .strict = a.strict};
   reading.swc.soma_links = !a.no_soma_links;
@@ -275,6 +336,7 @@ using Run = std::function<int(const IngestArguments& a)>;
 void addIngestThat(CLI::App& app, Chosen& chosen, const Run& run) {
   auto a = std::make_shared<IngestArguments>();
   CLI::App* command = app.add_subcommand("ingest", "Make a tile set from files of neurons, folders and archives");
+  a->command = command;
   command->footer(
       "Examples:\n  filiform ingest archive.zip more/*.swc -o column.fil\n"
       "  filiform ingest library.zip --placements column.tsv -o column.fil\n"
@@ -283,9 +345,11 @@ void addIngestThat(CLI::App& app, Chosen& chosen, const Run& run) {
       "  filiform ingest --add more.zip -o column.fil\n"
       "  filiform ingest --sync folder -o my.fil\n"
       "  filiform ingest --remove CELL -o my.fil\n"
+      "  filiform ingest column.fil --where 'measure:length>1000' --type axon -o part.fil\n"
       "Files that cannot be used are counted and named; the others are ingested. filiform check lists them "
-      "beforehand.");
-  command->add_option("INPUT", a->inputs, kInputHelp);
+      "beforehand.\n"
+      "A tile set as INPUT gives a set of its cells, or of those that --cell, --where and --box choose.");
+  command->add_option("INPUT", a->inputs, std::string(kInputHelp) + "; or one tile set");
   command->add_option("-o,--output", a->out, "write the tile set to this folder")->required()->type_name("SET");
   command->add_option("--capacity", a->capacity, "put at most N segments in a tile")
       ->capture_default_str()
@@ -293,7 +357,8 @@ void addIngestThat(CLI::App& app, Chosen& chosen, const Run& run) {
   command->add_option("--quantum", a->quantum, "round positions to this grid, um: a power of two")
       ->capture_default_str();
   command->add_option("--unit", a->unit, kUnitHelp)->capture_default_str();
-  a->reading = addReadingArguments(*command);
+  a->reading = addReadingArguments(*command, true);
+  addCellAndType(*command, a->cells, a->types, "of a tile set, read");
   command->add_flag("--apply-offset", a->apply_offset, "add the '# OFFSET' of each header to its positions");
   command
       ->add_option("--memory", a->memory,

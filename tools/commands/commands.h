@@ -26,6 +26,7 @@ void addInfo(CLI::App& app, Chosen& chosen);
 void addCells(CLI::App& app, Chosen& chosen);
 void addMeasure(CLI::App& app, Chosen& chosen);
 void addContacts(CLI::App& app, Chosen& chosen);
+void addCompare(CLI::App& app, Chosen& chosen);
 void addVerify(CLI::App& app, Chosen& chosen);
 void addNearest(CLI::App& app, Chosen& chosen);
 void addPath(CLI::App& app, Chosen& chosen);

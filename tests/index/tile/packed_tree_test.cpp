@@ -1,6 +1,7 @@
 #include "index/tile/packed_tree.h"
 
 #include "index/errors.h"
+#include "index/ingest/memory_tiles.h"
 #include "index/tile/box_region.h"
 #include "index/tile/reference_tree.h"
 #include "tests/support/numbers.h"

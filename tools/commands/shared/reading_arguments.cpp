@@ -38,7 +38,7 @@ void ReadingArguments::apply(InputOptions& options) const {
   options.ids = std::make_shared<const std::vector<std::uint64_t>>(std::move(wanted));
 }
 
-std::shared_ptr<ReadingArguments> addReadingArguments(CLI::App& command) {
+std::shared_ptr<ReadingArguments> addReadingArguments(CLI::App& command, bool with_sets) {
   auto a = std::make_shared<ReadingArguments>();
   command
       .add_option(
@@ -48,15 +48,19 @@ std::shared_ptr<ReadingArguments> addReadingArguments(CLI::App& command) {
       ->capture_default_str();
   command.add_option("--ids", a->ids, "of precomputed skeletons, read the objects in this file, one id a line")
       ->type_name("FILE");
+  const std::string of_sets = with_sets ? "; of a tile set, read the cells " : "";
   command
       .add_option("--where", a->where,
                   "of precomputed skeletons, read the objects whose segment properties meet a condition, such as "
-                  "type=L5_*, layer>=4; repeatable: all must hold")
+                  "type=L5_*, layer>=4" +
+                      (with_sets ? of_sets + "whose attributes or measures do, as measure:length>5000" : of_sets) +
+                      "; repeatable: all must hold")
       ->type_name("CONDITION")
       ->allow_extra_args(false);
   command
       .add_option("--box", a->box,
-                  "of precomputed skeletons, read the objects that their spatial index places in a box, um")
+                  "of precomputed skeletons, read the objects that their spatial index places in a box, um" +
+                      (with_sets ? of_sets + "that have a segment in the box, whole" : of_sets))
       ->expected(6)
       ->type_name("X0 Y0 Z0 X1 Y1 Z1");
   a->remote = addRemoteArguments(command);

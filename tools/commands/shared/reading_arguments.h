@@ -31,7 +31,7 @@ struct ReadingArguments {
   void apply(InputOptions& options) const;
 };
 
-// Adds --version, --ids, --where, --box, and the options for addresses.
-std::shared_ptr<ReadingArguments> addReadingArguments(CLI::App& command);
+// Adds --version, --ids, --where, --box, and the options for addresses. `with_sets`: the command reads tile sets too.
+std::shared_ptr<ReadingArguments> addReadingArguments(CLI::App& command, bool with_sets = false);
 
 }  // namespace filiform::tools
