@@ -13,7 +13,6 @@
 namespace filiform {
 namespace {
 
-using nlohmann::json;
 using test::Outcome;
 using test::runHere;
 
@@ -64,21 +63,21 @@ TEST_F(CompareCommand, RowsHaveTheSameFieldsInEveryForm) {
   EXPECT_EQ(tsv.out,
             "a\tb\tstate\tsamples_a\tsamples_b\tlength_a_um\tlength_b_um\tsamples_added\tsamples_removed\t"
             "samples_edited\tsegments_added\tsegments_removed\tmoved_um\tturned_rad\n"
-            "changed\tchanged\tchanged\t3\t4\t20\t31.180339887498949\t2\t1\t1\t2\t1\t-\t-\n"
+            "changed\tchanged\tchanged\t3\t4\t20\t31.18033988749895\t2\t1\t1\t2\t1\t-\t-\n"
             "moved\tmoved\tmoved\t2\t2\t10\t10\t-\t-\t-\t-\t-\t5\t0\n"
             "removed\t-\tremoved\t2\t-\t1\t-\t-\t-\t-\t-\t-\t-\t-\n"
             "same\tsame\tsame\t2\t2\t10\t10\t-\t-\t-\t-\t-\t-\t-\n"
             "-\tadded\tadded\t-\t3\t-\t4\t-\t-\t-\t-\t-\t-\t-\n");
-  const json all = json::parse(compare({set("old"), set("new"), "--within", "3", "--json"}).out);
+  const nlohmann::json all = nlohmann::json::parse(compare({set("old"), set("new"), "--within", "3", "--json"}).out);
   EXPECT_EQ(all["a"], set("old"));
   EXPECT_EQ(all["within_um"], 3);
-  EXPECT_EQ(all["totals"], (json{{"same", 1}, {"moved", 1}, {"changed", 1}, {"added", 1}, {"removed", 1}}));
+  EXPECT_EQ(all["totals"], (nlohmann::json{{"same", 1}, {"moved", 1}, {"changed", 1}, {"added", 1}, {"removed", 1}}));
   ASSERT_EQ(all["cells"].size(), 5u);
   EXPECT_EQ(all["cells"][0]["state"], "changed");
   EXPECT_EQ(all["cells"][0]["max_a_um"], 5 * std::sqrt(4.0 / 5)) << "from (20 0 0) to the segment to (20 5 0)";
   EXPECT_EQ(all["cells"][0]["step_b_um"], 3 / 20.);
   EXPECT_TRUE(all["cells"][1]["max_a_um"].is_null()) << "of changed cells only";
-  EXPECT_EQ(json::parse(compare({set("old"), set("new"), "--json"}).out)["within_um"], nullptr);
+  EXPECT_EQ(nlohmann::json::parse(compare({set("old"), set("new"), "--json"}).out)["within_um"], nullptr);
 }
 
 TEST_F(CompareCommand, TwoTracesHaveDistancesBothWays) {
@@ -89,19 +88,22 @@ TEST_F(CompareCommand, TwoTracesHaveDistancesBothWays) {
             "0.000 um\n"
             "  moved (B): 10.0 um, 100.0 % of it within 2 um of the other; distance: mean 0.000, median 0.000, largest "
             "0.000 um\n");
-  const json of_two = json::parse(compare({set("old"), "same", set("new"), "moved", "--within", "5", "--json"}).out);
+  const nlohmann::json of_two =
+      nlohmann::json::parse(compare({set("old"), "same", set("new"), "moved", "--within", "5", "--json"}).out);
   ASSERT_EQ(of_two["cells"].size(), 1u);
-  const json& row = of_two["cells"][0];
+  const nlohmann::json& row = of_two["cells"][0];
   EXPECT_EQ(row["a"], "same");
   EXPECT_EQ(row["b"], "moved");
   EXPECT_EQ(row["within_a_um"], 10);
   EXPECT_EQ(row["mean_b_um"], 5);
   EXPECT_EQ(row["max_b_um"], 5);
   // Files, and sets of one cell each.
-  const json files = json::parse(compare({folder_ / "old/changed.swc", folder_ / "new/changed.swc", "--json"}).out);
+  const nlohmann::json files =
+      nlohmann::json::parse(compare({folder_ / "old/changed.swc", folder_ / "new/changed.swc", "--json"}).out);
   EXPECT_EQ(files["within_um"], 2);
   EXPECT_EQ(files["cells"][0]["state"], "changed");
-  const json names = json::parse(compare({folder_ / "old/removed.swc", folder_ / "new/added.swc", "--json"}).out);
+  const nlohmann::json names =
+      nlohmann::json::parse(compare({folder_ / "old/removed.swc", folder_ / "new/added.swc", "--json"}).out);
   EXPECT_EQ(names["cells"][0]["a"], "removed");
   EXPECT_EQ(names["cells"][0]["b"], "added");
 }
@@ -111,7 +113,7 @@ TEST_F(CompareCommand, MistakesGetOneLine) {
   expectRefused({set("old"), set("old") + "/"}, {"A and B are the same"});
   expectRefused({set("old"), "same", "same"}, {"both are the cell", "same"});
   expectRefused({set("old"), "sane", "moved"}, {"sane", "did you mean 'same'?"});
-  expectRefused({set("old"), "same", set("new"), "moving"}, {"moving", "did you mean 'moved'?"});
+  expectRefused({set("old"), "same", set("new"), "movde"}, {"movde", "did you mean 'moved'?"});
   for (const char* const within : {"0", "-1", "nan", "inf", "2um"})
     expectRefused({set("old"), set("new"), "--within", within}, {"--within"});
   expectRefused({set("old"), set("new"), "--memory", "1M"}, {"--memory"});
