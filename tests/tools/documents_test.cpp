@@ -107,7 +107,10 @@ mkdir -p corpus/malformed corpus/morphologies/allen-celltypes
 cp folder/*.swc corpus/morphologies/allen-celltypes
 cp cell.swc corpus/malformed/awkward.swc
 cp column.zip corpus/malformed/awkward.zip
-for set in my allen big lev; do cp -r column.fil $set.fil; done
+for set in my allen big lev old new; do cp -r column.fil $set.fil; done
+filiform ingest --remove cell_00005 -o new.fil
+cp folder/cell_00042.swc first.swc
+cp folder/cell_00005.swc second.swc
 for zip in archive demo; do cp column.zip $zip.zip; done
 cp library.zip lib.zip
 cp column.tsv col.tsv
@@ -218,7 +221,7 @@ const ByCommand kTexts{{"synth", " segments, "},
                        {"cells", "length"},
                        {"measure", " "},
                        {"contacts", "contact site"},
-                       {"compare", "same"},
+                       {"compare", " um"},
                        {"verify", ": sound: "},
                        {"nearest", "query\trank"},
                        {"path", " um along the cell, "},

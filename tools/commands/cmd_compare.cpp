@@ -179,8 +179,8 @@ void addCompare(CLI::App& app, Chosen& chosen) {
   CLI::App* command = app.add_subcommand("compare", "Compare two sets cell by cell, or two traces of one neuron");
   command->footer(
       "Examples:\n  filiform compare old.fil new.fil\n  filiform compare old.fil new.fil --within 1 --tsv\n"
-      "  filiform compare column.fil cell_00001 cell_00002 --within 5\n"
-      "  filiform compare old.fil cell_00001 new.fil cell_00001 --json\n"
+      "  filiform compare column.fil cell_00042 cell_00005 --within 5\n"
+      "  filiform compare old.fil cell_00042 new.fil cell_00042 --json\n"
       "  filiform compare first.swc second.swc\n"
       "Cells of two sets belong together by their names; two sets of one cell each are two traces.\n"
       "A cell is moved if a rotation and a translation bring it to its new place. Distances are between the axes of\n"

@@ -268,7 +268,7 @@ void addExport(CLI::App& app, Chosen& chosen) {
   command->footer(
       "Examples:\n  filiform export column.fil --cell cell_00042 -o cell_00042.swc\n"
       "  filiform export column.fil --all -o cells.zip\n"
-      "  filiform export column.fil --where 'measure:length>1000' --box 0 0 0 200 200 200 -o near.zip\n"
+      "  filiform export column.fil --where 'measure:length>1000' --box -200 0 -200 200 500 200 -o near.zip\n"
       "  filiform export column.fil --type axon -o axons/\n"
       "  filiform export column.fil --all -o column.precomputed\n"
       "  filiform export column.fil --all --format precomputed -o column_web/\n"

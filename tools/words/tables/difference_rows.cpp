@@ -26,8 +26,8 @@ std::string traceText(const CellDifference& cell, std::size_t i, double within_u
   const TraceDistance& d = (*cell.distance)[i];
   return "  " + escaped(cell.names[i], 80) + (i == 0 ? " (A): " : " (B): ") + roundedText(d.length_um) + " um, " +
          percentOf(d.within_length_um, d.length_um) + " of it within " + formatNumber(within_um) +
-         " um of the other; distance: mean " + roundedText(d.mean_um, "%.3f") + ", median " + roundedText(d.median_um, "%.3f") +
-         ", largest " + roundedText(d.max_um, "%.3f") + " um\n";
+         " um of the other; distance: mean " + roundedText(d.mean_um, "%.3f") + ", median " +
+         roundedText(d.median_um, "%.3f") + ", largest " + roundedText(d.max_um, "%.3f") + " um\n";
 }
 
 }  // namespace
@@ -99,13 +99,15 @@ std::string differenceText(const CellDifference& cell, double within_um) {
     case CellFate::kSame:
       break;
     case CellFate::kMoved:
-      text += ": by " + roundedText(change.moved_um, "%.3f") + " um, turned by " + roundedText(change.turned_rad, "%.4f") + " rad";
+      text += ": by " + roundedText(change.moved_um, "%.3f") + " um, turned by " +
+              roundedText(change.turned_rad, "%.4f") + " rad";
       break;
     case CellFate::kChanged:
       text += ": samples +" + formatCount(change.samples_added) + " -" + formatCount(change.samples_removed) +
               ", edited " + formatCount(change.samples_edited) + "; segments +" + formatCount(change.segments_added) +
               " -" + formatCount(change.segments_removed) + "; length " + roundedText(cell.length_um[0]) + " to " +
-              roundedText(cell.length_um[1]) + " um (" + roundedText(cell.length_um[1] - cell.length_um[0], "%+.1f") + ")";
+              roundedText(cell.length_um[1]) + " um (" + roundedText(cell.length_um[1] - cell.length_um[0], "%+.1f") +
+              ")";
       break;
     case CellFate::kAdded:
     case CellFate::kRemoved:
