@@ -205,11 +205,11 @@ std::vector<std::string> outputsOf(const std::vector<std::string>& arguments) {
 using ByCommand = std::map<std::string, std::string>;
 
 // The first field of --json, and the first column of --tsv.
-const ByCommand kFirstFields{{"check", "verdict"}, {"info", "cells"},   {"cells", "id"},         {"nearest", "query"},
-                             {"path", "cell"},     {"measure", "id"},   {"compare", "a"},   {"navigate", "outcome"}, {"devices", "devices"},
-                             {"render", "width"},  {"bench", "format"}, {"replay", "set"}};
-const ByCommand kFirstColumns{
-    {"check", "file"}, {"cells", "id"}, {"measure", "id"}, {"compare", "a"}, {"nearest", "query"}, {"path", "sample"}};
+const ByCommand kFirstFields{{"check", "verdict"},   {"info", "cells"},   {"cells", "id"},     {"nearest", "query"},
+                             {"path", "cell"},       {"measure", "id"},   {"compare", "a"},    {"navigate", "outcome"},
+                             {"devices", "devices"}, {"render", "width"}, {"bench", "format"}, {"replay", "set"}};
+const ByCommand kFirstColumns{{"check", "file"}, {"cells", "id"},      {"measure", "id"},
+                              {"compare", "a"},  {"nearest", "query"}, {"path", "sample"}};
 // A part of the text output of each command.
 const ByCommand kTexts{{"synth", " segments, "},
                        {"check", " accepted, "},
