@@ -71,6 +71,18 @@ TEST_F(Render, TakesEveryViewAndMode) {
   }
 }
 
+TEST_F(Render, ColoursByAMeasureOfSetsAndFiles) {
+  ASSERT_EQ(runFiliform({"ingest", folder_ / "y.swc", "-o", folder_ / "y.fil"}).exit_code, 0);
+  for (const char* scene : {"y.swc", "y.fil"}) {
+    const std::vector<std::string> arguments{"render",      folder_ / scene,  "-o",     folder_ / "a.png",
+                                             "--colour-by", "measure:length", "--size", "64x48"};
+    const Outcome said = runFiliform(arguments);
+    EXPECT_EQ(said.exit_code, 0) << said.err;
+    EXPECT_NE(said.out.find("measure:length 5"), std::string::npos) << said.out;
+    EXPECT_NE(said.out.find(" um: 1 cell\n"), std::string::npos) << said.out;
+  }
+}
+
 TEST_F(Render, SaysWhatLiesFarOutsideAnOverviewAndHowToSeeIt) {
   std::string many, few = "1 3 50000 0 0 1 -1\n2 3 50001 0 0 1 1\n";
   for (int i = 1; i <= 400; ++i)
@@ -96,6 +108,7 @@ TEST_F(Render, WhatCannotBeIsOneClearLine) {
   refused({"--size", "wide"}, 2, "WIDTHxHEIGHT");
   refused({"--stereo", "3d"}, 2, "anaglyph");
   refused({"--colour-by", "mood"}, 2, "radius");
+  refused({"--colour-by", "measure:lenght"}, 2, "did you mean 'length'");
   refused({"--camera", "up"}, 2, "front");
   refused({"--camera", "follow"}, 2, "--proxy");
   refused({"--camera", "1,2,3:1,2,3"}, 2, "two different points");

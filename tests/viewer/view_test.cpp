@@ -185,6 +185,49 @@ TEST_F(ViewInShort, ColoursAndSelectsCellsByAnAttribute) {
   EXPECT_EQ(ended(), 0) << test::readBytes(*folder_ / "err");
 }
 
+// By keys alone: the table sorts, measures and colours; contacts are found, and jumped across and back.
+TEST_F(ViewInShort, ListsCellsColoursByAMeasureAndJumpsAcrossContacts) {
+  test::writeBytes(*folder_ / "a.swc", "1 1 0 0 0 5 -1\n2 3 10 0 0 1 1\n3 3 20 0 0 1 2\n4 3 30 0 0 1 3\n");
+  test::writeBytes(*folder_ / "b.swc", "1 1 20 40 0 5 -1\n2 2 20 20 1 1 1\n3 2 20 -30 1 1 2\n");
+  const std::string set = *folder_ / "two.fil";
+  ASSERT_EQ(runFiliform({"ingest", *folder_ / "a.swc", *folder_ / "b.swc", "-o", set}).exit_code, 0);
+  view("'" + set + "' --size 900x600 --segments 5000 --reset --colour-by measure:length");
+  await("the colours", [](const Json& s) { return s.at("attribute") == "measure:length"; });
+  EXPECT_EQ(state().at("legend_values"), 2);
+  await("the cell", [](const Json& s) { return s.at("cell") == "a" && s.at("tick") > 0; });
+  act("n");
+  await("the table", [](const Json& s) { return s.at("cells_listed") == 2 && s.at("cells_measured") == true; });
+  EXPECT_EQ(state().at("first_cell_listed"), "a");
+  sendAndDraw("type --delay 60 b");
+  await("the filter", [](const Json& s) { return s.at("cells_listed") == 1; });
+  EXPECT_EQ(state().at("first_cell_listed"), "b");
+  act("w");
+  sendAndDraw("keydown Return");
+  sendAndDraw("keyup Return");
+  await("the other cell", [](const Json& s) { return s.at("cell") == "b" && s.at("jumping") == false; });
+  EXPECT_EQ(state().at("chosen_cell"), 1);
+  act("Escape");
+  EXPECT_EQ(state().at("cells_panel"), false);
+  act("i");
+  await("the contact", [](const Json& s) { return s.at("contacts") == 1 && s.at("contacts_of") == 1; });
+  act("w");
+  act("j");
+  await("across", [](const Json& s) { return s.at("cell") == "a" && s.at("jumping") == false; });
+  EXPECT_NEAR(state().at("p_um").at(0).get<double>(), 20, 0.01);
+  act("j");
+  await("back", [](const Json& s) { return s.at("cell") == "b" && s.at("jumping") == false; });
+  EXPECT_NEAR(state().at("p_um").at(1).get<double>(), 0, 0.01);
+  act("i");
+  EXPECT_EQ(state().at("contacts"), 0);
+  act("j");
+  await("why not", [](const Json& s) { return s.at("message") == "no contact of this cell is marked (i)"; });
+  send("key q");
+  EXPECT_EQ(ended(), 0) << test::readBytes(*folder_ / "err");
+  refused(runFiliformInShell(environment() + "exec \"$@\"", {"view", set, "--colour-by", "measure:lenght"}), 2,
+          "did you mean 'length'");
+  refused(runFiliformInShell(environment() + "exec \"$@\"", {"view", set, "--colour-by", "mood"}), 2, "mood");
+}
+
 // Without kept settings the scene is shown from afar, and no notes. The mouse needs no force plot.
 TEST_F(ViewInShort, TheFirstStartShowsTheScene) {
   fs::remove(settings());

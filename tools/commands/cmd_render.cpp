@@ -12,6 +12,8 @@
 #include "solver/workspace/navigation_link.h"
 #include "solver/workspace/workspace.h"
 #include "tools/commands/commands.h"
+#include "tools/commands/shared/cell_conditions.h"
+#include "tools/commands/shared/colouring.h"
 #include "tools/commands/shared/remote_arguments.h"
 #include "tools/commands/shared/scene.h"
 #include "tools/pictures/camera_text.h"
@@ -34,7 +36,7 @@
 #include <filesystem>
 #include <functional>
 #include <iostream>
-#include <iterator>
+#include <limits>
 #include <memory>
 #include <optional>
 
@@ -58,36 +60,28 @@ struct RenderArguments {
   bool orthographic = false, all = false, json = false, no_legend = false;
 };
 
-bool isColouring(const std::string& name) {
-  return std::any_of(std::begin(kColourings), std::end(kColourings),
-                     [&](ColourBy colouring) { return name == toString(colouring); });
-}
-
-// The attribute that --colour-by names; none: it names a colouring. With "attribute:" it always names an attribute.
-std::optional<std::string> attributeOf(const std::string& colour_by) {
-  constexpr std::string_view kPrefix = "attribute:";
-  if (colour_by.starts_with(kPrefix)) return colour_by.substr(kPrefix.size());
-  if (isColouring(colour_by)) return std::nullopt;
-  return colour_by;
-}
-
-// The colours of --colour-by with an attribute, and of --where; nullptr without both.
-std::shared_ptr<const CellColours> cellColoursOf(const TileSet* set, const RenderArguments& a) {
-  const std::optional<std::string> attribute = attributeOf(a.colour_by);
-  if (!attribute && a.where.empty()) return nullptr;
-  const CellFilter filter(a.where);
-  if (set == nullptr) {
-    if (attribute) colourBy(a.colour_by);  // refuses it
-    throw UsageError("--where: the scene has no attributes of cells; only tile sets have");
+// The colours of --colour-by with a measure or an attribute, and of --where; nullptr without them. `set`: the store, if
+// it is a set.
+std::shared_ptr<const CellColours> cellColoursOf(const TileStore& store, const TileSet* set, const Colouring& colouring,
+                                                 const RenderArguments& a) {
+  if (colouring.kind && a.where.empty()) return nullptr;
+  CellSelection selection;
+  std::unique_ptr<CellAttributes> attributes;
+  if (set != nullptr) {
+    attributes = std::make_unique<CellAttributes>(*set);
+    const CellFilter filter(a.where);
+    if (!filter.empty()) selection.only = filter.select(*set, *attributes);
+    if (selection.only && selection.only->empty()) throw UsageError("--where: no cell meets the conditions");
   }
-  const CellAttributes attributes(*set);
-  if (attribute && !attributes.find(*attribute))
-    throw UsageError("--colour-by " + escaped(a.colour_by, 80) + ": choose cell, type, depth, radius, tile or an " +
-                     "attribute; " + unknownAttribute(*attribute, attributes));
-  std::optional<std::vector<std::uint32_t>> only;
-  if (!filter.empty()) only = filter.select(*set, attributes);
-  if (only && only->empty()) throw UsageError("--where: no cell meets the conditions");
-  return coloursByAttribute(*set, attributes, attribute.value_or(std::string()), only);
+  if (colouring.feature == nullptr) return coloursByAttribute(*set, *attributes, colouring.attribute, selection);
+  std::vector<std::uint32_t> cells = selection.only.value_or(std::vector<std::uint32_t>());
+  for (std::uint32_t cell = 0; !selection.only && cell < store.cell_count(); ++cell)
+    if (!store.cell(cell).removed) cells.push_back(cell);
+  CellValues values{a.colour_by, std::string(colouring.feature->unit),
+                    std::vector<double>(store.cell_count(), std::numeric_limits<double>::quiet_NaN())};
+  const std::vector<double> measured = measureValues(store, cells, {colouring.feature}, 0).at(0);
+  for (std::size_t i = 0; i < cells.size(); ++i) values.of_cell[cells[i]] = measured[i];
+  return coloursByNumbers(store, values, selection);
 }
 
 nlohmann::ordered_json legendJson(const CellColours& colours) {
@@ -153,7 +147,7 @@ SceneFrame frameOf(const TileStore& store, const RenderArguments& a,
   frame.size = parseSize("--size", a.size, Renderer::kMaxSize);
   frame.stereo = stereoMode(a.stereo);
   frame.palette = a.palette == "red-green" ? kRedGreen : kOrangeBlue;
-  if (isColouring(a.colour_by)) frame.colour = colourBy(a.colour_by);
+  frame.colour = parseColouring(a.colour_by).kind.value_or(ColourBy::cell);
   frame.orthographic = a.orthographic;
   frame.background = groundOf(themeOf(a.theme));
   frame.eyes = {.gain = a.separation, .widening = a.widening};
@@ -292,7 +286,11 @@ int runRender(const RenderArguments& a) {
   if (a.path.empty()) checkPictureName(a.out);
   parseSize("--size", a.size, Renderer::kMaxSize);
   stereoMode(a.stereo);
-  if (isFileScene(a.scene)) cellColoursOf(nullptr, a);
+  const Colouring colouring = parseColouring(a.colour_by);
+  if (isFileScene(a.scene)) {
+    checkColouring(colouring, a.colour_by, nullptr);
+    if (!a.where.empty()) throw UsageError("--where: the scene has no attributes of cells; only tile sets have");
+  }
   std::vector<NamedPath> outputs;
   if (a.path.empty() || !isSequenceName(a.out)) outputs.push_back({"--output", a.out});
   for (const std::string& file : filesOfSequence(a.out)) outputs.push_back({"--output", file});
@@ -305,9 +303,11 @@ int runRender(const RenderArguments& a) {
   std::shared_ptr<const CellColours> colours;
   if (isFileScene(a.scene)) {
     store = buildScene(a.scene);
+    colours = cellColoursOf(*store, nullptr, colouring, a);
   } else {
     auto set = TileSet::open(a.scene, a.remote->options());
-    colours = cellColoursOf(set.get(), a);
+    checkColouring(colouring, a.colour_by, set.get());
+    colours = cellColoursOf(*set, set.get(), colouring, a);
     levels = Levels::open(*set);
     store = std::move(set);
   }
@@ -351,7 +351,8 @@ int runRender(const RenderArguments& a) {
          << "; drawn by " << context->description() << '\n';
   if (colours)
     for (const CellColours::Entry& entry : colours->legend)
-      people << "  " << escaped(colours->attribute, 60) << ' ' << escaped(entry.value, 60) << ": "
+      people << "  " << escaped(colours->attribute, 60) << ' ' << escaped(entry.value, 60)
+             << (colours->unit.empty() || entry.value == kWithoutValueText ? "" : " " + colours->unit) << ": "
              << counted(entry.cells, "cell") << "\n";
   if (figures.limited)
     people << "  coarser than --error " << formatNumber(a.error_px) << " px, because --segments allows "
@@ -384,7 +385,8 @@ void addRender(CLI::App& app, Chosen& chosen) {
       "  filiform render column.fil -o near.png --at CELL:245 --zoom 200 --stereo anaglyph\n"
       "  filiform render column.fil -o travel.mp4 --path travel.rec --fps 30\n"
       "  filiform render cell.swc -o cell.png --camera 30,20 --colour-by type\n"
-      "  filiform render circuit.fil -o circuit.png --colour-by layer");
+      "  filiform render circuit.fil -o circuit.png --colour-by layer\n"
+      "  filiform render column.fil -o lengths.png --colour-by measure:length");
   command->add_option("SCENE", a->scene, "tile set or its address, .swc file or small .zip (read into memory)")
       ->required()
       ->type_name("SET|FILE.swc");
@@ -417,13 +419,7 @@ void addRender(CLI::App& app, Chosen& chosen) {
   command->add_option("--widening", a->widening, "factor of the projection angle's tangent: wider is easier to fuse")
       ->capture_default_str()
       ->check(CLI::Range(0.5, 3.0));
-  command
-      ->add_option(
-          "--colour-by", a->colour_by,
-          "colour by cell, type, depth, radius, tile, or an attribute of the cells such as mtype; attribute:type "
-          "is an attribute of this name")
-      ->capture_default_str()
-      ->type_name("NAME");
+  command->add_option("--colour-by", a->colour_by, kColouringHelp)->capture_default_str()->type_name("NAME");
   command
       ->add_option(
           "--where", a->where,

@@ -7,6 +7,7 @@
 #include "index/text.h"
 #include "solver/force/force_hold.h"
 #include "tools/commands/commands.h"
+#include "tools/commands/shared/colouring.h"
 #include "tools/commands/shared/follow.h"
 #include "tools/commands/shared/remote_arguments.h"
 #include "tools/commands/shared/scene.h"
@@ -25,6 +26,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <iostream>
+#include <utility>
 
 #include <CLI/CLI.hpp>
 
@@ -39,11 +41,12 @@ struct ViewArguments {
   double zoom_um = 300;
   std::optional<double> seconds, stiffness_N_m;
   std::uint64_t segments = 0;
-  std::string theme;
+  std::string theme, colour_by;
   bool reset = false, keys = false, web = false;
 };
 
-OpenedScene openToView(const std::vector<std::string>& paths, const RemoteOptions& remote) {
+OpenedScene openToView(const std::vector<std::string>& paths, const RemoteOptions& remote,
+                       const std::string& colour_by) {
   OpenedScene scene;
   scene.name = escaped(std::filesystem::path(paths.front()).filename().string(), 60);
   if (scene.name.empty()) scene.name = escaped(paths.front(), 60);
@@ -53,7 +56,9 @@ OpenedScene openToView(const std::vector<std::string>& paths, const RemoteOption
     scene.name += " more";
   }
   scene.in_memory = std::all_of(paths.begin(), paths.end(), isFileScene);
+  const Colouring colouring = parseColouring(colour_by.empty() ? "cell" : colour_by);
   if (scene.in_memory) {
+    checkColouring(colouring, colour_by, nullptr);
     Input input(paths);
     scene.store = buildTilesInMemory(input);
     if (scene.store->cell_count() == 0)
@@ -62,7 +67,9 @@ OpenedScene openToView(const std::vector<std::string>& paths, const RemoteOption
     return scene;
   }
   if (paths.size() > 1) throw UsageError("give one tile set, or any number of .swc and .zip files");
-  scene.hold(TileSet::open(paths.front(), remote));
+  auto set = TileSet::open(paths.front(), remote);
+  checkColouring(colouring, colour_by, set.get());
+  scene.hold(std::move(set));
   return scene;
 }
 
@@ -111,7 +118,12 @@ int runView(const ViewArguments& a) {
   if (!a.follow.empty()) follow = std::make_unique<Follow>(a.follow, a.scene, remote_options.token);
   ApplicationOptions options;
   options.paths = a.scene;
-  options.open = [remote = remote_options](const std::vector<std::string>& paths) { return openToView(paths, remote); };
+  if (!a.colour_by.empty()) parseColouring(a.colour_by);  // refuses an unknown measure before the window opens
+  options.colour_by = a.colour_by;
+  const auto colour_by = std::make_shared<std::string>(a.colour_by);  // of the first scene
+  options.open = [remote = remote_options, colour_by](const std::vector<std::string>& paths) {
+    return openToView(paths, remote, std::exchange(*colour_by, {}));
+  };
   options.write = [](const Picture& picture, const std::string& path) {
     const std::filesystem::path folder = std::filesystem::path(path).parent_path();
     std::error_code error;
@@ -207,6 +219,7 @@ void addView(CLI::App& app, Chosen& chosen) {
           "show this hand in pages of a server that have the same set open; the page with ?desk=NAME shows the "
           "address")
       ->type_name("WS_URL");
+  command->add_option("--colour-by", a->colour_by, kColouringHelp);
   command->add_option("--theme", a->theme, "draw on a light or dark ground, from now on")->type_name("light|dark");
   command->add_flag("--reset", a->reset, "reset the settings to defaults");
   command->add_flag("--web", a->web,

@@ -14,7 +14,7 @@ void drawLegend(Picture& picture, const CellColours& colours) {
   const double capital = std::clamp(picture.height / 60.0, 7.0, 22.0), line = 1.9 * capital, rim = capital;
   const auto most = static_cast<std::size_t>(std::max(1.0, (picture.height - 2 * rim) / line - 3));
   const std::size_t shown = std::min(colours.legend.size(), most);
-  std::vector<std::string> lines{escaped(colours.attribute, 40)};
+  std::vector<std::string> lines{escaped(colours.attribute, 40) + (colours.unit.empty() ? "" : ", " + colours.unit)};
   for (std::size_t i = 0; i < shown; ++i)
     lines.push_back(escaped(colours.legend[i].value, 40) + "  (" + std::to_string(colours.legend[i].cells) +
                     (colours.legend[i].cells == 1 ? " cell)" : " cells)"));

@@ -39,6 +39,7 @@ struct SceneFrame {
   const Workspace* workspace = nullptr;
   std::optional<Vector3d> proxy_W{};      // drawn as a ball
   std::optional<Vector3d> companion_W{};  // the proxy of somebody else: drawn as a ball of another colour
+  std::shared_ptr<const std::vector<Vector3d>> marks_W{};  // drawn as small balls
   std::optional<Stylus> stylus{};
   const Junction* junction = nullptr;  // drawn as a glyph
   GlyphPalette palette = kRedGreen;    // of the glyph; an anaglyph uses kForGlasses

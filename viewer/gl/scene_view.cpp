@@ -37,6 +37,7 @@ enum Overlay : Renderer::BatchId {
   kWorkspaceBoxes = CardTiles::kFirstFreeId,
   kProxyBall,
   kCompanionBall,
+  kMarks,
   kStylusShaft,
   kForkGlyph,
   kOverlaysEnd
@@ -111,6 +112,8 @@ struct SceneView::Impl {
   internal::MotionDetector motion;
   SeparationFilter separation;
   double last_s = 0;
+  std::shared_ptr<const std::vector<Vector3d>> marks_W;
+  double marks_version = 0;
   Signature last_picture;
   bool has_picture = false, under_way = false;
   double drawn_ms = 0, rest_ms = INFINITY;  // of the picture under way; of the last one at rest
@@ -199,6 +202,7 @@ void SceneView::Impl::prepare(const SceneFrame& f, bool whole) {
                               f.time_s - last_s);
   }
   last_s = f.time_s;
+  if (marks_W != f.marks_W) marks_W = f.marks_W, ++marks_version;
   figures.separation = ratio;
   figures.moving = moving;
   views = stereoViews(fitted, eye.aspect(), ratio, f.eyes.widening);
@@ -230,6 +234,7 @@ void SceneView::Impl::putOverlays(const SceneFrame& f) {
   put(kProxyBall, proxy_W.has_value(), [&] { return proxyBatch(*proxy_W, 7 * um_px, proxy); });
   put(kCompanionBall, f.companion_W.has_value(),
       [&] { return proxyBatch(*f.companion_W, 7 * um_px, kCompanionColour); });
+  put(kMarks, f.marks_W != nullptr, [&] { return ballsBatch(*f.marks_W, 3.5 * um_px, kMarkColour); });
   put(kStylusShaft, f.stylus.has_value(), [&] { return stylusBatch(*f.stylus, 90 * um_px); });
   const GlyphPalette& palette = f.stereo == StereoMode::anaglyph ? kForGlasses : f.palette;
   put(kForkGlyph, f.junction != nullptr, [&] { return glyphBatch(*f.junction, 120 * um_px, 6 * um_px, palette); });
@@ -249,6 +254,7 @@ Signature SceneView::Impl::signatureOf(const SceneFrame& f) const {
   }
   if (motion.proxy_W()) now.add(*motion.proxy_W());
   if (f.companion_W) now.add(*f.companion_W);
+  now.add(marks_version);
   if (f.stylus) {
     now.add(f.stylus->tip_W);
     for (const double part : f.stylus->rotation_WS.coeffs()) now.add(part);

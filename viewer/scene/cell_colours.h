@@ -1,4 +1,5 @@
-// Colours of cells by an attribute (index/attributes/cell_attributes.h), with the legend. Functions without state.
+// Colours of cells by an attribute (index/attributes/cell_attributes.h) or by numbers, with the legend. Functions
+// without state.
 #pragma once
 
 #include "index/attributes/cell_attributes.h"
@@ -14,30 +15,44 @@ namespace filiform {
 
 struct CellColours {
   struct Entry {
-    std::string value;  // of the attribute, as text; "(none)" for cells without one; a range for a ramp
+    std::string value;  // of the attribute, as text; kWithoutValueText for cells without one; a range for a ramp
     Rgba colour;
     std::uint64_t cells = 0;  // at least one, of those in `only`; 0: not counted
     bool chosen = true;
   };
   std::string attribute;  // empty: cells have their own colours, and only the selection counts
+  std::string unit;       // of its values; empty: none, or not known
   std::vector<Rgba> of_cell;
   std::vector<Entry> legend;
 };
 
-inline constexpr Rgba kUnchosenCell{58, 62, 70};      // of cells that are not selected
-inline constexpr std::size_t kMostNumberValues = 12;  // more numbers than these share the steps of the ramp
+inline constexpr const char* kWithoutValueText = "(none)";  // in the legend; such cells are grey
+inline constexpr Rgba kUnchosenCell{58, 62, 70};            // of cells that are not selected
+inline constexpr std::size_t kMostNumberValues = 12;        // more numbers than these share the steps of the ramp
+
+// A number of each cell, by id. NaN: missing.
+struct CellValues {
+  std::string name, unit;  // as the legend shows them: `measure:length`, `um`; not empty, may be empty
+  std::vector<double> of_cell;
+};
+
+// The cells that have a colour; others get kUnchosenCell.
+struct CellSelection {
+  std::optional<std::vector<std::uint32_t>> only{};  // ascending ids; the legend counts these; none: all
+  std::optional<std::vector<std::string>> values{};  // of the legend; none: all
+};
 
 // The legend of ColourBy::type.
 const std::vector<CellColours::Entry>& legendOfTypes();
 
 // The colours of all cells by the attribute. Texts get a colour each. Numbers get a ramp from the lowest to the
-// highest, many different ones in eight steps. `only`, ascending ids: these cells are selected and counted in the
-// legend, and others get kUnchosenCell. `values`: only cells with one of these values of the legend are selected. An
-// empty attribute gives each cell its own colour. Throws UsageError for an unknown attribute, CorruptSet, IoError.
-// O(cells log values).
+// highest, many different ones in eight steps. Cells without a value are grey. An empty attribute gives each cell its
+// own colour. Throws UsageError for an unknown attribute, CorruptSet, IoError. O(cells log values).
 std::shared_ptr<const CellColours> coloursByAttribute(const TileSet& set, const CellAttributes& attributes,
                                                       const std::string& attribute,
-                                                      const std::optional<std::vector<std::uint32_t>>& only = {},
-                                                      const std::optional<std::vector<std::string>>& values = {});
+                                                      const CellSelection& selection = {});
+// Likewise by numbers. Requires one for each cell.
+std::shared_ptr<const CellColours> coloursByNumbers(const TileStore& store, const CellValues& numbers,
+                                                    const CellSelection& selection = {});
 
 }  // namespace filiform

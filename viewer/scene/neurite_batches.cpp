@@ -38,13 +38,10 @@ const char* toString(ColourBy colouring) noexcept {
   return "";
 }
 
-ColourBy colourBy(const std::string& name) {
-  std::string choices;
-  for (const ColourBy colouring : kColourings) {
+std::optional<ColourBy> colouringNamed(const std::string& name) {
+  for (const ColourBy colouring : kColourings)
     if (name == toString(colouring)) return colouring;
-    choices += (choices.empty() ? "" : ", ") + std::string(toString(colouring));
-  }
-  throw UsageError("--colour-by " + inShort(name) + ": choose one of " + choices);
+  return std::nullopt;
 }
 
 float drawnRadius(float radius_um, std::uint16_t type, bool* replaced) noexcept {

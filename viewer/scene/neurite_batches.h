@@ -17,7 +17,7 @@ enum class ColourBy : std::uint8_t { cell, type, depth, radius, tile };
 inline constexpr ColourBy kColourings[] = {ColourBy::cell, ColourBy::type, ColourBy::depth, ColourBy::radius,
                                            ColourBy::tile};
 const char* toString(ColourBy colouring) noexcept;
-ColourBy colourBy(const std::string& name);  // throws UsageError that lists the choices
+std::optional<ColourBy> colouringNamed(const std::string& name);
 
 struct DrawnSegment {  // a round cone: child end a, parent end b; a sphere if they coincide
   float a_um[3], a_radius_um;

@@ -64,16 +64,27 @@ NeuriteBatch stylusBatch(const Stylus& stylus, double length_um) {
   return batch;
 }
 
-NeuriteBatch proxyBatch(const Vector3d& p_W, double radius_um, const Rgba& colour) {
+NeuriteBatch ballsBatch(std::span<const Vector3d> places_W, double radius_um, const Rgba& colour) {
   NeuriteBatch batch;
-  batch.origin_W = p_W;
-  batch.lo_W = p_W - Vector3d::Constant(radius_um);
-  batch.hi_W = p_W + Vector3d::Constant(radius_um);
-  DrawnSegment ball{};
-  ball.a_radius_um = ball.b_radius_um = batch.largest_radius_um = static_cast<float>(radius_um);
-  ball.colour = colour;
-  batch.segments.push_back(ball);
+  batch.origin_W = batch.lo_W = batch.hi_W = places_W.front();
+  batch.largest_radius_um = static_cast<float>(radius_um);
+  for (const Vector3d& place_W : places_W) {
+    DrawnSegment ball{};
+    put(place_W - batch.origin_W, ball.a_um);
+    put(place_W - batch.origin_W, ball.b_um);
+    ball.a_radius_um = ball.b_radius_um = batch.largest_radius_um;
+    ball.colour = colour;
+    batch.segments.push_back(ball);
+    batch.lo_W = batch.lo_W.cwiseMin(place_W);
+    batch.hi_W = batch.hi_W.cwiseMax(place_W);
+  }
+  batch.lo_W -= Vector3d::Constant(radius_um);
+  batch.hi_W += Vector3d::Constant(radius_um);
   return batch;
+}
+
+NeuriteBatch proxyBatch(const Vector3d& p_W, double radius_um, const Rgba& colour) {
+  return ballsBatch({&p_W, 1}, radius_um, colour);
 }
 
 }  // namespace filiform

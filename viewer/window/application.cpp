@@ -150,12 +150,12 @@ class Application::Impl {
     }
     if (event.key.code == Key::kNone) return;
     actions_.handle(event);
-    if (scene_ && (types || actions_.search.focus)) takeInput();
+    if (scene_ && (types || actions_.wantsKeyboard())) takeInput();
   }
 
   // Dear ImGui gives a field the keyboard in the second frame after it was asked to, and tells of it in the third.
   void takeInput() {
-    const bool focuses = actions_.search.focus;
+    const bool focuses = actions_.wantsKeyboard();
     for (int i = 0; i < 2 || (i < 4 && focuses && !window_.isTyping()); ++i) {
       const PanelRequests requests = layPanels();
       window_.dropPanels();
@@ -196,7 +196,10 @@ class Application::Impl {
                                       options_.plugged_in, options_.awaited_device};
     scene_ = std::make_unique<OpenScene>(std::move(opened), messages_, callbacks);
     actions_.enter(scene_.get());
-    if (!opened_once_) entered_s_ = window_.now_s();
+    if (!opened_once_) {
+      entered_s_ = window_.now_s();
+      colourBy(options_.colour_by);
+    }
     window_.setTitle("filiform: " + scene_->travel().scene().name);
     scene_->travel().start();
     // Who has never seen the program sees the scene first.
@@ -205,6 +208,17 @@ class Application::Impl {
     if (from_afar) scene_->nextOverview();
     greets_until_s_ = from_afar ? INFINITY : 0;
     opened_once_ = true;
+  }
+
+  void colourBy(const std::string& name) {
+    if (const auto kind = colouringNamed(name)) {
+      settings_.colouring = *kind;
+      return;
+    }
+    constexpr std::string_view kAttributePrefix = "attribute:";
+    PanelRequests asked;
+    asked.attribute = name.starts_with(kAttributePrefix) ? name.substr(kAttributePrefix.size()) : name;
+    scene_->serveAttributes(asked);
   }
 
   // Ending the scene may wait for the disk or the device: it runs beside the frames.
@@ -279,7 +293,8 @@ class Application::Impl {
     busy_ = screenshots_.isDrawing() || figures.redrawn || figures.drawing || figures.pending > 0 ||
             actions_.input().isDragging() || scene_->viewpoint().isGliding() || companion_.has_value();
     pictures_ += figures.redrawn ? 1 : 0;
-    if (actions_.search.focus) takeInput();  // a search that failed
+    scene_->servePanels(actions_.panels);
+    if (actions_.wantsKeyboard()) takeInput();  // a search that failed
     const PanelRequests requests = layPanels();
     const bool wanted = actions_.takeWindowPicture();
     if (window_.endPanels() || figures.redrawn || wanted) present(wanted);
@@ -306,11 +321,10 @@ class Application::Impl {
       settings_.stereo = StereoMode::mono;
       say("this display has no quad-buffer stereo; s selects another mode");
     }
-    SceneFrame frame = scene_->frame();
+    SceneFrame frame = scene_->frame(settings_.own_cell);
     frame.palette = settings_.orange_blue ? kOrangeBlue : kRedGreen;
     frame.colour = settings_.colouring;
     frame.background = groundOf(settings_.theme);
-    if (!settings_.own_cell) frame.cell.reset();
     frame.time_s = now_s_;
     frame.size = size_;
     frame.stereo = settings_.stereo;
@@ -340,6 +354,16 @@ class Application::Impl {
     for (const std::string& name : data.attribute_names) window_.want(name);
     if (data.legend != nullptr)
       for (const CellColours::Entry& entry : *data.legend) window_.want(entry.value);
+    const internal::CellTable& cells = scene_->cells();
+    if (actions_.panels.contacts.open)
+      for (const std::uint32_t cell : actions_.panels.contacts.seen) window_.want(scene_->contacts().nameOf(cell));
+    if (actions_.panels.cells.open)
+      for (std::size_t column = 0; column < cells.columns().size(); ++column) {
+        if (!cells.columns()[column].is_shown) continue;
+        window_.want(cells.columns()[column].title);
+        if (!cells.columns()[column].is_number)
+          for (const std::uint32_t cell : actions_.panels.cells.seen) window_.want(cells.text(cell, column));
+      }
     window_.setInterfaceScale(settings_.interface_scale);
     window_.setTheme(settings_.theme);
     window_.beginPanels();
@@ -399,6 +423,13 @@ class Application::Impl {
       settings_.height = height;
     }
     scene_->serveAttributes(requests);
+    if (requests.choose_cell) {
+      const bool again = scene_->chosen() == requests.choose_cell && !requests.go_to_cell;
+      scene_->choose(again ? std::nullopt : requests.choose_cell);
+    }
+    if (requests.find_contacts) scene_->findContacts(actions_.panels.contacts.within_um);
+    if (requests.jump_across) scene_->jumpAcross(requests.jump_across);
+    if (requests.go_to_cell) scene_->travel().goToCell(*requests.go_to_cell);
     if (requests.go && scene_->attributes().isCondition(*requests.go)) {
       if (scene_->selectCells(*requests.go, actions_.search.error)) actions_.panels.search = false;
     } else if (requests.go) {

@@ -34,6 +34,7 @@ struct ApplicationOptions {
   std::string place;                // where the first scene begins, as the search field takes it; empty: the last place
   std::optional<PictureSize> size;  // none: that of the settings
   std::uint64_t segments = 0;       // draw at most this many; 0: by the time of frames, see FrameGovernor
+  std::string colour_by;            // of the first scene: ColourBy, an attribute or measure:FEATURE; empty: the setting
   bool reset = false;               // start with default settings
   std::optional<Theme> theme;       // replaces the setting
   std::string state;                // file for the state; empty: none

@@ -104,6 +104,30 @@ TEST_F(SceneViews, FramesEndAtThePictureOfAllTiles) {
   EXPECT_EQ(other.read().rgb, frames.rgb);
 }
 
+TEST_F(SceneViews, MarksAreBallsThatAppearAndVanish) {
+  SceneView scene(*store_, nullptr, renderer_);
+  SceneFrame frame = frameOf(scene);
+  const auto marked = [&] {
+    settle(scene, frame);
+    scene.drawWhole(frame);
+    const Picture picture = renderer_.read();
+    int pixels = 0;
+    for (std::size_t i = 0; i + 2 < picture.rgb.size(); i += 3)
+      pixels += picture.rgb[i] > 150 && picture.rgb[i + 1] < 110 && picture.rgb[i + 2] > 110 ? 1 : 0;
+    return pixels;
+  };
+  const int none = marked();
+  const Vector3d middle_W = 0.5 * (scene.lo_W() + scene.hi_W());
+  frame.marks_W = std::make_shared<std::vector<Vector3d>>(std::vector<Vector3d>{middle_W});
+  const int one = marked();
+  EXPECT_GT(one, none + 10);
+  frame.marks_W = std::make_shared<std::vector<Vector3d>>(
+      std::vector<Vector3d>{middle_W, middle_W + 60 * Vector3d::UnitX(), middle_W - 60 * Vector3d::UnitX()});
+  EXPECT_GT(marked(), one + 20);
+  frame.marks_W.reset();
+  EXPECT_EQ(marked(), none);
+}
+
 TEST_F(SceneViews, NoFrameWaitsForATile) {
   CountingStore slow(*store_);
   slow.delayLoads(std::chrono::milliseconds(2));

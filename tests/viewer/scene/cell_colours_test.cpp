@@ -4,6 +4,7 @@
 #include "tests/support/scenes/random_cells.h"
 #include "tests/support/temp_folder.h"
 
+#include <cmath>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -44,7 +45,7 @@ using Lines = std::vector<std::string>;
 TEST_F(CellColouring, TheLegendListsWhatIsColoured) {
   const auto all = coloursByAttribute(*set_, *attributes_, "type");
   EXPECT_EQ(legendOf(*all), (Lines{"a: 3", "b: 3", "c: 3", "(none): 1"}));
-  const auto some = coloursByAttribute(*set_, *attributes_, "type", {{1, 2, 4}});
+  const auto some = coloursByAttribute(*set_, *attributes_, "type", {.only = {{1, 2, 4}}});
   EXPECT_EQ(legendOf(*some), (Lines{"b: 2", "c: 1"}));
   EXPECT_EQ(some->legend.front().colour, all->legend[1].colour);
   for (std::uint32_t c = 0; c < 10; ++c) {
@@ -52,7 +53,7 @@ TEST_F(CellColouring, TheLegendListsWhatIsColoured) {
     EXPECT_EQ(some->of_cell[c], selected ? all->of_cell[c] : kUnchosenCell) << c;
   }
   // Values that are switched off stay in the legend, to switch them on again.
-  const auto values = coloursByAttribute(*set_, *attributes_, "type", {}, {{"a"}});
+  const auto values = coloursByAttribute(*set_, *attributes_, "type", {.values = {{"a"}}});
   EXPECT_EQ(legendOf(*values), legendOf(*all));
   EXPECT_FALSE(values->legend[1].chosen);
 }
@@ -62,6 +63,22 @@ TEST_F(CellColouring, NumbersGetARamp) {
   EXPECT_EQ(legendOf(*few), (Lines{"0: 3", "2: 3", "4: 3", "(none): 1"}));
   for (const std::size_t step : {0, 1, 2})
     EXPECT_EQ(few->legend[step].colour, colourOnRamp(static_cast<double>(step) / 2));
+}
+
+TEST_F(CellColouring, MeasuresGetARampWithTheirUnitAndCellsWithoutOneAreGrey) {
+  CellValues lengths{"measure:length", "um", std::vector<double>(10, NAN)};
+  const auto none = coloursByNumbers(*set_, lengths);
+  EXPECT_EQ(legendOf(*none), Lines{"(none): 10"});
+  for (std::uint32_t c = 0; c < 10; ++c) EXPECT_EQ(none->of_cell[c], colourOnRamp(NAN));
+  lengths.of_cell[3] = 80, lengths.of_cell[7] = 20, lengths.of_cell[8] = 20;
+  const auto some = coloursByNumbers(*set_, lengths, {.only = {{3, 4, 7}}});
+  EXPECT_EQ(some->attribute, "measure:length");
+  EXPECT_EQ(some->unit, "um");
+  EXPECT_EQ(legendOf(*some), (Lines{"20: 1", "80: 1", "(none): 1"}));
+  EXPECT_EQ(some->of_cell[3], colourOnRamp(1));
+  EXPECT_EQ(some->of_cell[7], colourOnRamp(0));
+  EXPECT_EQ(some->of_cell[4], colourOnRamp(NAN));
+  EXPECT_EQ(some->of_cell[8], kUnchosenCell);
 }
 
 }  // namespace

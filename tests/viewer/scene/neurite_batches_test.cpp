@@ -152,8 +152,8 @@ TEST(NeuriteBatches, ColoursSayWhatTheyAreAskedFor) {
   const List radius = colours(ColourBy::radius);
   EXPECT_EQ(radius[0], radius[2]);
   EXPECT_LT(radius[0].g, radius[1].g);  // thicker is lighter
-  for (const ColourBy by : kColourings) EXPECT_EQ(colourBy(toString(by)), by);
-  EXPECT_THROW(colourBy("taste"), UsageError);
+  for (const ColourBy by : kColourings) EXPECT_EQ(colouringNamed(toString(by)), by);
+  EXPECT_EQ(colouringNamed("taste"), std::nullopt);
 }
 
 TEST(NeuriteBatches, WorstCasesGiveFiniteSegments) {

@@ -58,11 +58,11 @@ std::vector<std::uint32_t> CellConditions::select(const TileSet& set, const Cell
   return met;
 }
 
-std::vector<std::vector<double>> measureValues(const TileSet& set, const std::vector<std::uint32_t>& cells,
+std::vector<std::vector<double>> measureValues(const TileStore& store, const std::vector<std::uint32_t>& cells,
                                                const std::vector<const Feature*>& features, unsigned threads) {
   std::vector<std::vector<double>> values(features.size());
   Progress progress({.title = "measure", .noun = "cells", .total = cells.size()});
-  measureCells(set, cells,
+  measureCells(store, cells,
                {.measures = {},
                 .threads = threads > 0 ? threads : std::max(1U, std::thread::hardware_concurrency()),
                 .check =

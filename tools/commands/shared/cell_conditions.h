@@ -30,7 +30,7 @@ inline constexpr std::string_view kMeasurePrefix = "measure:";
 const Feature& measureNamed(const std::string& name, const std::string& option);
 // By feature: the values of `cells`; NaN without one. Shows progress. Requires features. Throws as measureCells();
 // Interrupted.
-std::vector<std::vector<double>> measureValues(const TileSet& set, const std::vector<std::uint32_t>& cells,
+std::vector<std::vector<double>> measureValues(const TileStore& store, const std::vector<std::uint32_t>& cells,
                                                const std::vector<const Feature*>& features, unsigned threads);
 
 }  // namespace filiform::tools

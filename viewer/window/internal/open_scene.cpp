@@ -2,6 +2,7 @@
 
 #include "index/count_text.h"
 #include "index/errors.h"
+#include "index/text.h"
 #include "viewer/window/panels/internal/network_text.h"
 #include "viewer/window/settings/internal/text_format.h"
 
@@ -24,6 +25,8 @@ OpenScene::OpenScene(Opened opened, Messages& messages, Travel::Callbacks callba
     : messages_(messages), viewpoint_(opened.session->workspaceOptions()), picture_(std::move(opened.picture)) {
   travel_ = std::make_shared<Travel>(std::move(opened), messages, std::move(callbacks));
   attributes_ = std::make_unique<AttributeView>(*travel_->scene().store);
+  cells_ = std::make_shared<CellTable>(*travel_->scene().store, attributes_->attributes());
+  contacts_ = std::make_shared<ContactView>(*travel_->scene().store, travel_->finder());
 }
 
 void OpenScene::turn(const Turn& turn) {
@@ -67,15 +70,17 @@ void OpenScene::countTiles(bool listed, double now_s) {
   showTiles(near_, residency, tiles_);
 }
 
-SceneFrame OpenScene::frame() {
+SceneFrame OpenScene::frame(bool own_cell) {
   SceneFrame frame;
+  frame.cell = chosen_;
   frame.camera = camera_;
   frame.cell_colours = attributes_->colours();
   if (now().tick > 0) frame.proxy_W = now().p_W;
+  frame.marks_W = contacts_->marks_W();
   if (companion_) frame.companion_W = companion_->p_W;
   if (viewpoint_.isOverview()) return frame;
   frame.workspace = &viewpoint_.workspace();
-  if (now().place.valid() && !goesAlong()) frame.cell = now().place.segment.cell;
+  if (own_cell && !chosen_ && now().place.valid() && !goesAlong()) frame.cell = now().place.segment.cell;
   if (now().tick > 0 && now().has_stylus)
     frame.stylus = Stylus{now().h_W, now().rotation_WD * Eigen::Quaterniond(now().stylus_D)};
   frame.junction = travel_->junction();
@@ -89,12 +94,56 @@ bool OpenScene::hasLostNetwork() const {
 
 void OpenScene::serveAttributes(const PanelRequests& requests) {
   try {
-    if (requests.attribute) attributes_->colourBy(*requests.attribute);
+    if (requests.attribute) colourBy(*requests.attribute);
     if (requests.value) attributes_->toggle(*requests.value, requests.value_alone);
     if (requests.select_all) attributes_->selectAll();
   } catch (const Error& error) {
     messages_.say(error.what());
   }
+}
+
+void OpenScene::colourBy(const std::string& name) {
+  wanted_colours_ = nullptr;
+  if (!name.starts_with(kMeasurePrefix)) return attributes_->colourBy(name);
+  const Feature* feature = findFeature(name.substr(kMeasurePrefix.size()));
+  if (feature == nullptr) throw UsageError("there is no measure " + inShort(name.substr(kMeasurePrefix.size())));
+  wanted_colours_ = feature;
+  cells_->measure();
+}
+
+void OpenScene::servePanels(const OpenPanels& open) {
+  if (open.cells.open && !cells_->isOpen()) cells_->open();
+  if (!open.cells.open && cells_->isOpen()) cells_->close();
+  if (!open.contacts.open) contacts_->close();
+  cells_->serve();
+  contacts_->serve();
+  if (const ProxyPlace& place = now().place; place.valid() && std::exchange(own_cell_, place.segment.cell) != own_cell_)
+    if (chosen_ != own_cell_) chosen_.reset();
+  if (wanted_colours_ == nullptr) return;
+  if (auto numbers = cells_->numbersOf(*wanted_colours_)) {
+    wanted_colours_ = nullptr;
+    attributes_->colourBy(std::move(*numbers));
+  } else if (!cells_->progress()) {
+    wanted_colours_ = nullptr;
+    messages_.say(cells_->error().empty() ? "measuring is cancelled" : cells_->error());
+  }
+}
+
+void OpenScene::findContacts(double within_um) {
+  if (!now().place.valid()) return messages_.say("cannot find contacts: the hand is free (f)");
+  contacts_->find(now().place.segment.cell, within_um);
+}
+
+void OpenScene::jumpAcross(std::optional<std::size_t> site) {
+  const std::uint32_t from = now().place.segment.cell;
+  const ContactView::Site* across = nullptr;
+  if (site && *site < contacts_->sites().size())
+    across = &contacts_->sites()[*site];
+  else if (!site && now().place.valid())
+    across = contacts_->nearest(from, now().p_W);
+  if (across == nullptr) return messages_.say("no contact of this cell is marked (i)");
+  const ContactView::Side& to = ContactView::across(*across, from);
+  travel_->goToPlace(to.cell, to.place);
 }
 
 bool OpenScene::selectCells(const std::string& condition, std::string& error) {
@@ -134,6 +183,11 @@ void OpenScene::fill(PanelData& d, const PictureSize& size) const {
   d.scene = travel_->scene().name;
   d.cell = travel_->cellName();
   attributes_->fill(d);
+  d.cells = cells_.get();
+  d.contacts = contacts_.get();
+  d.chosen_cell = chosen_;
+  if (const auto part = cells_->progress(); part && !cells_->isOpen())
+    d.measuring = format("measuring the cells, %.0f %%", 100 * *part);
   if (travel_->sample()) d.place = format("sample %lld, ", static_cast<long long>(*travel_->sample()));
   d.place += format("%.1f %.1f %.1f \u00b5m", s.p_W.x(), s.p_W.y(), s.p_W.z());
   d.device = travel_->session().deviceName();
@@ -177,6 +231,9 @@ void OpenScene::fill(PanelData& d, const PictureSize& size) const {
 void OpenScene::describe(nlohmann::ordered_json& json, const PictureSize& size) const {
   travel_->describe(json);
   attributes_->describe(json);
+  cells_->describe(json);
+  contacts_->describe(json);
+  if (chosen_) json["chosen_cell"] = *chosen_;
   const ScreenPoint proxy = project(view_, now().p_W, size);
   if (proxy.depth_um > 0) json["proxy_px"] = {proxy.x, proxy.y};
   json["overview"] = viewpoint_.isOverview();
@@ -202,8 +259,11 @@ void OpenScene::describe(nlohmann::ordered_json& json, const PictureSize& size) 
 }
 
 std::function<void()> OpenScene::end() {
-  return [loader = picture_->end(), travel = std::move(travel_)]() mutable {
+  return [loader = picture_->end(), cells = std::move(cells_), contacts = std::move(contacts_),
+          travel = std::move(travel_)]() mutable {
     loader.reset();
+    cells.reset();
+    contacts.reset();
     travel->finish();
   };
 }

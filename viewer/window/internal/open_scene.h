@@ -4,6 +4,8 @@
 
 #include "viewer/gl/scene_view.h"
 #include "viewer/window/panels/internal/attribute_view.h"
+#include "viewer/window/panels/internal/cell_table.h"
+#include "viewer/window/panels/internal/contact_view.h"
 #include "viewer/window/panels/internal/tile_census.h"
 #include "viewer/window/panels/panels.h"
 #include "viewer/window/settings/internal/messages.h"
@@ -41,6 +43,19 @@ class OpenScene {
   bool selectCells(const std::string& condition, std::string& error);  // false: none
   // The next attribute to colour by. False: the colouring of the settings is the next one. Attributes follow the last.
   bool nextColouring(ColourBy settings);
+  // By an attribute, or by `measure:FEATURE`, which measures the cells first; empty: as the settings say.
+  void colourBy(const std::string& name);
+
+  // Once a frame, before fill(): opens and closes the panels of cells and contacts, and takes up their work.
+  void servePanels(const OpenPanels& open);
+  const CellTable& cells() const { return *cells_; }
+  // The cell to highlight instead of the proxy's; nullopt: none. A jump ends it, unless the jump leads to this cell.
+  void choose(std::optional<std::uint32_t> cell) { chosen_ = cell; }
+  std::optional<std::uint32_t> chosen() const { return chosen_; }
+  // Those of the proxy's cell. These two say why they cannot do it.
+  void findContacts(double within_um);
+  void jumpAcross(std::optional<std::size_t> site = {});  // none: the site nearest to the proxy
+  const ContactView& contacts() const { return *contacts_; }
 
   void nextOverview();
   // Turns and zooms the overview, or else the workspace.
@@ -55,8 +70,9 @@ class OpenScene {
   void look(const PictureSize& size, bool orthographic, double now_s);
   // Counts tiles and rates, four times a second; lists the tiles near the proxy if `listed`.
   void countTiles(bool listed, double now_s);
-  // The frame with camera, workspace, proxy and fork; the caller sets the rest.
-  SceneFrame frame();
+  // The frame with camera, workspace, proxy, fork and highlighted cell; the caller sets the rest. `own_cell`: inside,
+  // the proxy's cell is highlighted if no other is chosen.
+  SceneFrame frame(bool own_cell);
   // Draws the frame, and says once if tiles are left out because the scene has no levels.
   void draw(const SceneFrame& frame);
 
@@ -73,7 +89,11 @@ class OpenScene {
   std::shared_ptr<Travel> travel_;
   Viewpoint viewpoint_;
   std::unique_ptr<AttributeView> attributes_;
-  std::unique_ptr<SceneView> picture_;  // destroyed before travel_, which owns the tiles
+  std::unique_ptr<SceneView> picture_;              // destroyed before travel_, which owns the tiles
+  std::shared_ptr<CellTable> cells_;                // likewise
+  std::shared_ptr<ContactView> contacts_;           // likewise
+  std::optional<std::uint32_t> chosen_, own_cell_;  // own: the proxy's
+  const Feature* wanted_colours_ = nullptr;         // as soon as they are measured
   std::optional<Companion> companion_;
   Camera camera_;
   EyeView view_;

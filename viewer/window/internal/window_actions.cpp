@@ -83,6 +83,8 @@ void WindowActions::press(const Key& key, bool repeated) {
     if (what == Action::set_bookmark) return scene_->travel().setBookmark(name);
     return scene_->travel().goToBookmark(name);
   }
+  if (key.code == Key::kEnter && panels.cells.open && scene_ && scene_->chosen())
+    return scene_->travel().goToCell(*scene_->chosen());
   const Action action = actionOf(key, repeated);
   if (action != Action::none) act(action);
 }
@@ -99,6 +101,13 @@ void WindowActions::act(Action action) {
       return;
     case Action::panel_settings:
       panels.settings = !panels.settings;
+      return;
+    case Action::panel_cells:
+      panels.cells.open = panels.cells.focus = scene_ != nullptr && !panels.cells.open;
+      return;
+    case Action::panel_contacts:
+      panels.contacts.open = scene_ != nullptr && !panels.contacts.open;
+      if (panels.contacts.open) scene_->findContacts(panels.contacts.within_um);
       return;
     case Action::panel_force:
       settings_.show_force = !showsForce();
@@ -157,6 +166,8 @@ void WindowActions::actInScene(Action action) {
     case Action::go_to_bookmark:
       awaiting_letter_ = action;
       return;
+    case Action::jump_across:
+      return scene_->jumpAcross();
     case Action::screenshot:
       picture_wanted_ = 1;
       return;
@@ -176,10 +187,16 @@ void WindowActions::closeTop() {
     panels.search = false;
   else if (panels.settings)
     panels.settings = false;
+  else if (panels.cells.open)
+    panels.cells.open = false;
+  else if (panels.contacts.open)
+    panels.contacts.open = false;
   else if (screenshots_.isDrawing())
     screenshots_.cancel();
-  else if (scene_)
+  else if (scene_) {
+    scene_->choose(std::nullopt);
     scene_->travel().stopHand();
+  }
 }
 
 // Asks if something would be lost.

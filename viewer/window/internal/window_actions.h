@@ -47,6 +47,8 @@ class WindowActions {
   void searchFailed(const std::string& why);
 
   OpenPanels panels;
+  // A field of a panel is to get the keyboard.
+  bool wantsKeyboard() const { return search.focus || panels.cells.focus; }
   SearchPanel search;
 
   const HandInput& input() const { return input_; }

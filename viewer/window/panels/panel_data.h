@@ -6,6 +6,7 @@
 #include "viewer/scene/cell_colours.h"
 #include "viewer/scene/stereo.h"
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -13,8 +14,27 @@
 
 namespace filiform {
 
+namespace internal {
+class CellTable;
+class ContactView;
+}  // namespace internal
+
+struct CellPanel {
+  bool open = false;
+  bool focus = false;               // give the filter the keyboard in the next frame
+  std::vector<std::uint32_t> seen;  // the cells of the rows that were in view
+};
+
+struct ContactPanel {
+  bool open = false;
+  double within_um = 2;
+  std::vector<std::uint32_t> seen;  // as above
+};
+
 struct OpenPanels {
   bool help = false, search = false, settings = false;
+  CellPanel cells;
+  ContactPanel contacts;
 };
 
 struct SearchPanel {
@@ -72,7 +92,12 @@ struct PanelData {
   std::vector<std::string> attribute_names;
   std::string attribute, selection;  // selection: the condition that selects cells
   const std::vector<CellColours::Entry>* legend = nullptr;
-  bool selected = false;  // not all cells are selected
+  std::string legend_unit;
+  bool selected = false;                 // not all cells are selected
+  std::string measuring;                 // text about measures for colours; empty: none
+  internal::CellTable* cells = nullptr;  // for the panel of cells; nullptr: there is none
+  std::optional<std::uint32_t> chosen_cell;
+  const internal::ContactView* contacts = nullptr;  // for the panel of contacts; nullptr: there is none
 
   std::string picture;       // text about a picture being drawn or written; empty: none
   double picture_part = -1;  // of the picture that is drawn, 0 to 1; below 0: it is being written, too late to cancel
@@ -85,7 +110,10 @@ struct PanelRequests {
   std::optional<std::string> go;                // the text that was entered, or the name that was chosen
   std::optional<std::string> attribute, value;  // to colour by; a value of the legend that was clicked
   bool value_alone = true, select_all = false;
-  std::optional<Vector3d> go_to_W;  // the place that was clicked on the minimap
+  std::optional<std::uint32_t> choose_cell, go_to_cell;
+  bool find_contacts = false;              // of the proxy's cell
+  std::optional<std::size_t> jump_across;  // a contact, by its place in the list
+  std::optional<Vector3d> go_to_W;         // the place that was clicked on the minimap
   bool cancel_picture = false;
   bool search_changed = false, settings_changed = false, reset = false;
 };

@@ -3,6 +3,8 @@
 #include "index/count_text.h"
 #include "viewer/scene/minimap.h"
 #include "viewer/window/panels/internal/attribute_panel.h"
+#include "viewer/window/panels/internal/cell_panel.h"
+#include "viewer/window/panels/internal/contact_panel.h"
 #include "viewer/window/panels/internal/help_panel.h"
 #include "viewer/window/panels/internal/panel_parts.h"
 #include "viewer/window/panels/internal/tile_panel.h"
@@ -65,6 +67,7 @@ void drawStatus(const PanelData& d, bool beside_force) {
     drawn += format(", error %.1f px", d.error_px);
   row("drawn", drawn);
   row("left out", d.left_out > 0 ? counted(d.left_out, "segment") : std::string());
+  row("measures", d.measuring);
   row("loading", d.pending > 0 ? counted(d.pending, "tile") : std::string());
   row("missing", d.unreadable > 0 ? counted(d.unreadable, "tile") : std::string());
   row("stereo", d.stereo);
@@ -364,6 +367,8 @@ PanelRequests drawPanels(const PanelData& d, const TilePanel& tiles, OpenPanels&
   if (settings.show_minimap) requests.go_to_W = drawMinimap(d, room.left);
   if (settings.show_tiles) internal::drawTiles(d, tiles);
   internal::drawAttributes(d, requests);
+  if (open.cells.open && d.cells != nullptr) internal::drawCells(d, open.cells, requests);
+  if (open.contacts.open && d.contacts != nullptr) internal::drawContacts(d, open.contacts, requests);
   if (open.settings) drawSettings(d, open.settings, settings, requests);
   if (open.help) internal::drawHelp(d, open.help);
   // Last: a window that appears takes the keyboard from those before.

@@ -1,5 +1,5 @@
-// The panels over the picture: help, status, search, force plot, tile map, minimap, settings, tooltip. Thread rule: the
-// window's thread, between Window::beginPanels() and endPanels().
+// The panels over the picture: help, status, search, force plot, tile map, minimap, settings, cells, tooltip. Thread
+// rule: the window's thread, between Window::beginPanels() and endPanels().
 #pragma once
 
 #include "viewer/window/panels/panel_data.h"

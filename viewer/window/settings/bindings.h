@@ -51,6 +51,7 @@ enum class Action : std::uint8_t {
   go_to_bookmark,
   search,
   measure,
+  jump_across,
   simulated_hand,
   // the window
   help,
@@ -58,6 +59,8 @@ enum class Action : std::uint8_t {
   panel_force,
   panel_minimap,
   panel_settings,
+  panel_cells,
+  panel_contacts,
   screenshot,
   screenshot_large,
   window_picture,

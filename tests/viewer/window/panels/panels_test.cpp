@@ -1,15 +1,20 @@
 // Tests panels by Dear ImGui's lists of triangles, without a window.
 #include "viewer/window/panels/panels.h"
 
+#include "index/set/forwarding_store.h"
 #include "tests/support/process.h"
+#include "tests/support/scenes/memory_store.h"
 #include "tests/support/temp_folder.h"
 #include "viewer/window/internal/letters.h"
 #include "viewer/window/internal/system_fonts.h"
+#include "viewer/window/panels/internal/cell_table.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cstring>
 #include <filesystem>
 #include <imgui.h>
+#include <thread>
 
 #include <gtest/gtest.h>
 
@@ -75,6 +80,16 @@ class Panels : public ::testing::Test {
         written.inside &= corner.pos.x <= command.ClipRect.z + 1 && corner.pos.x >= command.ClipRect.x - 1;
       }
     return written;
+  }
+
+  // Of a panel and of the tables in it, which Dear ImGui draws as windows of their own.
+  int lettersIn(const std::string& panel) const {
+    int corners = 0;
+    const ImDrawData& drawn = *ImGui::GetDrawData();
+    for (int i = 0; i < drawn.CmdListsCount; ++i)
+      if (const std::string name = drawn.CmdLists[i]->_OwnerName; name == panel || name.starts_with(panel + "/"))
+        corners += written(name.c_str()).corners;
+    return corners / 6;
   }
 
   Letters letters_{internal::findFonts(internal::fontFolders())};
@@ -192,6 +207,48 @@ TEST_F(Panels, NamesAreShownAsTheyAreAndChosenWhole) {
   EXPECT_GT(cut, 20 * 6);
   EXPECT_LT(cut, 200 * 6);
   EXPECT_TRUE(written("go to").inside);
+}
+
+// A set of very many cells, of which only the table of cells is read.
+class ManyCells : public ForwardingStore {
+ public:
+  explicit ManyCells(const TileStore& empty) : ForwardingStore(empty), records_(100'000) {
+    const std::string scripts[] = {"n", "\u03B1", "\u0416", "\u4E2D"};
+    for (std::size_t i = 0; i < records_.size(); ++i) {
+      for (int letter = 0; letter < 200; ++letter) records_[i].name += scripts[i % 4];
+      records_[i].name += "##" + std::to_string(i);
+    }
+  }
+  bool isRemote() const override { return true; }  // then it is not measured unasked
+  std::uint32_t cell_count() const override { return static_cast<std::uint32_t>(records_.size()); }
+  const CellRecord& cell(std::uint32_t id) const override { return records_[id]; }
+
+ private:
+  std::vector<CellRecord> records_;
+};
+
+TEST_F(Panels, TheTableOfCellsWritesOnlyTheRowsInView) {
+  draw({1000, 700});
+  EXPECT_EQ(listOf("cells"), nullptr);
+  const auto nothing = test::storeOf({});
+  const ManyCells many(*nothing);
+  internal::CellTable table(many, nullptr);
+  data_.cells = &table;
+  open_.cells.open = true;
+  table.open();
+  draw({1000, 700});
+  for (table.serve(); table.isListing(); table.serve()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  ASSERT_EQ(table.rows().size(), 100'000U);
+  for (const PictureSize& size : {PictureSize{1000, 700}, {400, 300}, {2000, 1400}}) {
+    draw(size, size.width == 2000 ? 2 : 1);
+    EXPECT_GT(open_.cells.seen.size(), 3U);
+    EXPECT_LT(open_.cells.seen.size(), 200U);
+    for (const std::uint32_t cell : open_.cells.seen) letters_.want(table.text(cell, 0));
+    draw(size, size.width == 2000 ? 2 : 1);
+    EXPECT_GT(lettersIn("cells"), 100) << size.width;
+    EXPECT_LT(lettersIn("cells"), 200 * 60) << "names are cut where the column ends";
+  }
+  EXPECT_FALSE(requests_.choose_cell);
 }
 
 TEST_F(Panels, APictureThatIsDrawnTellsHowFarItIsAndOneThatIsWrittenCannotBeCancelled) {

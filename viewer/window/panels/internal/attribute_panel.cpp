@@ -2,6 +2,7 @@
 
 #include "index/count_text.h"
 #include "viewer/window/panels/internal/panel_parts.h"
+#include "viewer/window/settings/internal/text_format.h"
 
 #include <algorithm>
 
@@ -19,7 +20,10 @@ void drawAttributes(const PanelData& d, PanelRequests& requests) {
                ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize |
                    ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_AlwaysAutoResize |
                    ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_NoNav);
-  writeIn(dim(), has_attributes ? "colour by attribute" : "coloured by type");
+  if (has_attributes)
+    writeIn(dim(), "colour by attribute");
+  else
+    showFitted("coloured by " + (d.attribute.empty() ? "type" : d.attribute), width, d.scale);
   ImGui::SetNextItemWidth(-1);
   const std::string current = d.attribute.empty() ? "(none)" : fitted(d.attribute, static_cast<float>(width * 0.8));
   if (has_attributes && ImGui::BeginCombo("##attribute", current.c_str())) {
@@ -33,6 +37,7 @@ void drawAttributes(const PanelData& d, PanelRequests& requests) {
     }
     ImGui::EndCombo();
   }
+  if (!d.legend_unit.empty()) writeIn(dim(), "in " + unitText(d.legend_unit));
   if (!d.selection.empty()) showFitted(d.selection, width, d.scale);
   if (d.selected && ImGui::SmallButton("select all")) requests.select_all = true;
   if (d.legend != nullptr) {

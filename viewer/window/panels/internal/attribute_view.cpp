@@ -9,33 +9,42 @@
 
 namespace filiform::internal {
 
-AttributeView::AttributeView(const TileStore& store) : set_(dynamic_cast<const TileSet*>(&store)) {
-  if (set_ != nullptr) attributes_ = std::make_unique<CellAttributes>(*set_);
+AttributeView::AttributeView(const TileStore& store) : store_(store), set_(dynamic_cast<const TileSet*>(&store)) {
+  if (set_ != nullptr) attributes_ = std::make_shared<CellAttributes>(*set_);
 }
 
 void AttributeView::make() {
-  const bool plain = attribute_.empty() && !only_;
-  colours_ = plain || set_ == nullptr ? nullptr : coloursByAttribute(*set_, *attributes_, attribute_, only_, values_);
+  const bool plain = attribute_.empty() && !selection_.only;
+  colours_ = numbers_                   ? coloursByNumbers(store_, *numbers_, selection_)
+             : plain || set_ == nullptr ? nullptr
+                                        : coloursByAttribute(*set_, *attributes_, attribute_, selection_);
 }
 
 void AttributeView::colourBy(const std::string& attribute) {
-  if (!hasAttributes()) return;
   const std::string before = std::exchange(attribute_, attribute);
-  const auto values = std::exchange(values_, std::nullopt);
+  auto numbers = std::exchange(numbers_, std::nullopt);
+  auto values = std::exchange(selection_.values, std::nullopt);
   try {
     make();
   } catch (...) {
     attribute_ = before;
-    values_ = values;
+    numbers_ = std::move(numbers);
+    selection_.values = std::move(values);
     throw;
   }
 }
 
+void AttributeView::colourBy(CellValues numbers) {
+  attribute_ = numbers.name;
+  numbers_ = std::move(numbers);
+  selection_.values.reset();
+  make();
+}
+
 bool AttributeView::next() {
-  if (!hasAttributes()) return false;
-  const auto current = attributes_->find(attribute_);
-  const std::size_t next = attribute_.empty() || !current ? 0 : *current + 1;
-  const bool more = next < attributes_->columns().size();
+  const auto current = hasAttributes() && !numbers_ ? attributes_->find(attribute_) : std::nullopt;
+  const std::size_t next = current ? *current + 1 : 0;
+  const bool more = hasAttributes() && next < attributes_->columns().size();
   colourBy(more ? attributes_->columns()[next].name : std::string());
   return more;
 }
@@ -46,9 +55,8 @@ std::size_t AttributeView::select(const std::string& condition) {
   const std::size_t count = cells.size();
   if (count == 0) return 0;
   const std::string name = condition.substr(0, condition.find_first_of("=<>!"));
-  only_ = std::move(cells);
+  selection_ = {.only = std::move(cells), .values = {}};
   condition_ = condition;
-  values_.reset();
   if (attribute_.empty()) attribute_ = name;
   make();
   return count;
@@ -56,22 +64,22 @@ std::size_t AttributeView::select(const std::string& condition) {
 
 void AttributeView::toggle(const std::string& value, bool alone) {
   if (colours_ == nullptr) return;
-  if (alone || !values_) {
-    values_ = std::vector<std::string>{value};
-  } else if (const auto at = std::find(values_->begin(), values_->end(), value); at != values_->end()) {
-    values_->erase(at);
-    if (values_->empty()) values_.reset();
+  auto& values = selection_.values;
+  if (alone || !values) {
+    values = std::vector<std::string>{value};
+  } else if (const auto at = std::find(values->begin(), values->end(), value); at != values->end()) {
+    values->erase(at);
+    if (values->empty()) values.reset();
   } else {
-    values_->push_back(value);
+    values->push_back(value);
   }
   make();
 }
 
 void AttributeView::selectAll() {
-  only_.reset();
+  selection_ = {};
   condition_.clear();
-  values_.reset();
-  if (set_ != nullptr) make();
+  make();
 }
 
 bool AttributeView::isCondition(const std::string& text) const {
@@ -79,19 +87,19 @@ bool AttributeView::isCondition(const std::string& text) const {
 }
 
 void AttributeView::fill(PanelData& d) const {
-  if (!hasAttributes()) return;
-  for (const CellAttributes::Column& column : attributes_->columns()) d.attribute_names.push_back(column.name);
+  if (hasAttributes())
+    for (const CellAttributes::Column& column : attributes_->columns()) d.attribute_names.push_back(column.name);
   d.attribute = attribute_;
   d.selection = condition_;
-  if (colours_ != nullptr) d.legend = &colours_->legend;
-  d.selected = only_.has_value() || values_.has_value();
+  if (colours_ != nullptr) d.legend = &colours_->legend, d.legend_unit = colours_->unit;
+  d.selected = selection_.only.has_value() || selection_.values.has_value();
 }
 
 void AttributeView::describe(nlohmann::ordered_json& json) const {
   json["attribute"] = attribute_;
   json["selection"] = condition_;
-  json["selected_values"] = values_.value_or(std::vector<std::string>());
-  json["selected_cells"] = only_ ? only_->size() : 0;
+  json["selected_values"] = selection_.values.value_or(std::vector<std::string>());
+  json["selected_cells"] = selection_.only ? selection_.only->size() : 0;
   json["legend_values"] = colours_ != nullptr ? colours_->legend.size() : 0;
 }
 

@@ -1,4 +1,5 @@
-// AttributeView: colours and selects the cells of the open scene by their attributes. Thread rule: the window's thread.
+// AttributeView: colours and selects the cells of the open scene by their attributes, and colours them by measures.
+// Thread rule: the window's thread.
 #pragma once
 
 #include "index/attributes/cell_attributes.h"
@@ -21,14 +22,17 @@ class AttributeView {
   explicit AttributeView(const TileStore& store);
 
   bool hasAttributes() const { return attributes_ != nullptr && !attributes_->empty(); }
+  // nullptr: the scene is no tile set.
+  const std::shared_ptr<const CellAttributes>& attributes() const { return attributes_; }
   // nullptr: colours follow the settings.
   const std::shared_ptr<const CellColours>& colours() const { return colours_; }
   const std::string& attribute() const { return attribute_; }  // empty: none
 
   // These throw UsageError, CorruptSet and IoError, and then change nothing. Each reads the columns that it needs.
   //
-  // Colours by this attribute; empty: as the settings say. All cells are selected again.
+  // Colours by this attribute; empty: as the settings say. The values of the former legend are selected again.
   void colourBy(const std::string& attribute);
+  void colourBy(CellValues numbers);
   // The attribute after the current one, or none after the last. False: none.
   bool next();
   // Selects only the cells that meet a condition of CellFilter. Returns how many these are.
@@ -46,11 +50,12 @@ class AttributeView {
  private:
   void make();
 
+  const TileStore& store_;
   const TileSet* set_;
-  std::unique_ptr<CellAttributes> attributes_;
+  std::shared_ptr<const CellAttributes> attributes_;
   std::string attribute_, condition_;
-  std::optional<std::vector<std::uint32_t>> only_;
-  std::optional<std::vector<std::string>> values_;
+  std::optional<CellValues> numbers_;  // instead of an attribute
+  CellSelection selection_;
   std::shared_ptr<const CellColours> colours_;
 };
 

@@ -15,4 +15,9 @@ std::string format(const char* pattern, ...) {
   return text.data();
 }
 
+std::string unitText(std::string_view unit) {
+  if (!unit.starts_with("um")) return std::string(unit);
+  return std::string("\u00b5m") + (unit == "um2" ? "\u00b2" : unit == "um3" ? "\u00b3" : "");
+}
+
 }  // namespace filiform::internal

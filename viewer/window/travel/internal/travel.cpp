@@ -285,6 +285,14 @@ void Travel::goTo(const CellQuery& query) {
   goWhenFound([this, query] { return finder().find(query); });
 }
 
+void Travel::goToCell(std::uint32_t cell) {
+  goWhenFound([this, cell] { return finder().soma(cell); });
+}
+
+void Travel::goToPlace(std::uint32_t cell, const CellPlace& place) {
+  goWhenFound([this, cell, place] { return finder().at(*finder().walk(cell, &leaving_), cell, place); });
+}
+
 void Travel::goNear(const Vector3d& p_W) {
   goWhenFound([this, p_W] {
     const auto found = finder().nearest(p_W);

@@ -64,6 +64,7 @@ class Travel {
   const Session& session() const { return sessions_.current(); }
   const OpenedScene& scene() const { return opened_.scene; }
   const TileStore& store() const { return *opened_.scene.store; }
+  const PlaceFinder& finder() const { return *opened_.finder; }
   NavigationHistory& history() { return opened_.saved ? opened_.saved->history() : unsaved_; }
   const NavigationHistory& history() const { return opened_.saved ? opened_.saved->history() : unsaved_; }
 
@@ -76,6 +77,8 @@ class Travel {
   // Look up a place on the worker thread, and jump to it.
   void goAlong(const RayQuery& ray);
   void goTo(const CellQuery& query);
+  void goToCell(std::uint32_t cell);  // its soma
+  void goToPlace(std::uint32_t cell, const CellPlace& place);
   void goNear(const Vector3d& p_W);
   void setBookmark(const std::string& name);
   void goToBookmark(const std::string& name);
@@ -112,8 +115,6 @@ class Travel {
   const CellWalk* walk();
   void nameCell();
   void lookForFork();
-  const PlaceFinder& finder() const { return *opened_.finder; }
-
   Messages& messages_;
   Callbacks callbacks_;
   Opened opened_;
