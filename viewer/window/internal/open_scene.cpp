@@ -117,8 +117,10 @@ void OpenScene::servePanels(const OpenPanels& open) {
   if (!open.contacts.open) contacts_->close();
   cells_->serve();
   contacts_->serve();
-  if (const ProxyPlace& place = now().place; place.valid() && std::exchange(own_cell_, place.segment.cell) != own_cell_)
+  if (now().place.valid() && own_cell_ != now().place.segment.cell) {
+    own_cell_ = now().place.segment.cell;
     if (chosen_ != own_cell_) chosen_.reset();
+  }
   if (wanted_colours_ == nullptr) return;
   if (auto numbers = cells_->numbersOf(*wanted_colours_)) {
     wanted_colours_ = nullptr;

@@ -17,7 +17,7 @@
 namespace filiform::internal {
 namespace {
 
-constexpr double kWithin_um = 2;
+constexpr double kWithin_um = 4;
 
 void serveUntilFound(ContactView& view) {
   const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(60);
@@ -37,7 +37,7 @@ std::vector<std::uint32_t> othersThan(const TileStore& store, std::uint32_t cell
 
 class ContactsOfACell : public ::testing::Test {
  protected:
-  const std::unique_ptr<TileStore> store_ = test::storeOf(test::randomColumn(17, 12, 300, 90));
+  const std::unique_ptr<TileStore> store_ = test::storeOf(test::randomColumn(17, 12, 600, 30));
 };
 
 TEST_F(ContactsOfACell, AreThoseOfFindContactsWithTheirPlaces) {
@@ -77,7 +77,7 @@ TEST_F(ContactsOfACell, AreThoseOfFindContactsWithTheirPlaces) {
 
 TEST(ContactsOfOneCellOfMany, ReadOnlyTilesNearIt) {
   // Two bundles far from each other: cells 0 to 5 here, 6 to 11 there.
-  std::vector<Cell> cells = test::randomColumn(5, 12, 300, 60);
+  std::vector<Cell> cells = test::randomColumn(5, 12, 600, 30);
   for (std::size_t c = 6; c < cells.size(); ++c)
     for (Vector3d& p : cells[c].positions_um) p.x() += 5000;
   const auto store = test::storeOf(std::move(cells));

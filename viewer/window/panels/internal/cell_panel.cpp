@@ -176,6 +176,7 @@ void drawCells(const PanelData& d, CellPanel& panel, PanelRequests& requests) {
   const double width = std::min(460 * d.scale, d.size.width - 20 * d.scale);
   ImGui::SetNextWindowPos(vec(10 * d.scale, std::min(180 * d.scale, 0.25 * d.size.height)), ImGuiCond_FirstUseEver);
   ImGui::SetNextWindowSize(vec(width, std::min(380 * d.scale, 0.7 * d.size.height)), ImGuiCond_FirstUseEver);
+  ImGui::SetNextWindowSizeConstraints(vec(160 * d.scale, 120 * d.scale), vec(d.size.width, 0.9 * d.size.height));
   ImGui::SetNextWindowBgAlpha(0.94F);
   if (ImGui::Begin("cells", &panel.open, ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoCollapse)) {
     bool entered = false;

@@ -39,8 +39,8 @@ void ContactView::find(std::uint32_t cell, double within_um) {
       };
       const std::shared_ptr<const CellWalk> walk = finder_.walk(cell, &now->stop);
       findContacts(store_, options, [&](const ContactSite& site) {
-        sites.push_back({sideOf(site.sides[0]), sideOf(site.sides[1]), {}, site.distance_um});
-        sites.back().p_W = walk->position_W(sites.back().own.place);
+        const Side own = sideOf(site.sides[0]);
+        sites.push_back({own, sideOf(site.sides[1]), walk->position_W(own.place), site.distance_um});
       });
       std::stable_sort(sites.begin(), sites.end(),
                        [](const Site& a, const Site& b) { return a.distance_um < b.distance_um; });
