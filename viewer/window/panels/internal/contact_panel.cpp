@@ -11,7 +11,7 @@
 namespace filiform::internal {
 namespace {
 
-void drawState(const PanelData& d, ContactPanel& panel, PanelRequests& requests) {
+void drawFinding(const PanelData& d, ContactPanel& panel, PanelRequests& requests) {
   const ContactView& view = *d.contacts;
   auto within = static_cast<float>(panel.within_um);
   ImGui::SetNextItemWidth(static_cast<float>(64 * d.scale));
@@ -79,7 +79,7 @@ void drawContacts(const PanelData& d, ContactPanel& panel, PanelRequests& reques
   if (ImGui::Begin("contacts", &panel.open, ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoCollapse)) {
     if (const auto cell = d.contacts->cell())
       showFitted("of " + d.contacts->nameOf(*cell), ImGui::GetContentRegionAvail().x, d.scale);
-    drawState(d, panel, requests);
+    drawFinding(d, panel, requests);
     writeIn(dim(), "click: jump across");
     drawList(d, panel, requests);
   }
