@@ -19,7 +19,7 @@ namespace filiform {
 
 class FilteredSearches {
  public:
-  // `budget_bytes`: of the tiles of all searches together. The store must outlive the searches.
+  // `budget_bytes`: of the tiles of all searches together, a third of it for other_cells. The store must outlive the searches.
   FilteredSearches(const TileStore& store, std::uint64_t budget_bytes) : store_(store), budget_bytes_(budget_bytes) {}
 
   // Throws as Nearest. O(cells of the filters).
@@ -29,7 +29,7 @@ class FilteredSearches {
     if (at != kept_.end()) {
       kept_.splice(kept_.begin(), kept_, at);
     } else {
-      const NearestOptions options{.budget_bytes = budget_bytes_ / kMost, .filter = filter};
+      const NearestOptions options{.budget_bytes = budget_bytes_ / kMost / 3 * 2, .filter = filter};
       kept_.push_front({filter, std::make_shared<const Nearest>(store_, options)});
       if (kept_.size() > kMost) kept_.pop_back();
     }

@@ -38,21 +38,18 @@ std::shared_ptr<const Tile> KeptTiles::load(TileId tile) const {
   return loaded;
 }
 
-TileAppearance KeptTiles::loadAppearance(TileId tile) const {
-  std::shared_ptr<const TileAppearance> found;
+std::shared_ptr<const TileAppearance> KeptTiles::appearance(TileId tile) const {
   {
     const std::lock_guard lock(mutex_);
-    if (places_.contains(tile)) found = use(tile).appearance;
+    if (places_.contains(tile))
+      if (const Kept& kept = use(tile); kept.appearance != nullptr) return kept.appearance;
   }
-  if (found != nullptr) return *found;
-  TileAppearance loaded = store_.loadAppearance(tile);
-  auto copy = std::make_shared<const TileAppearance>(loaded);
+  auto loaded = std::make_shared<const TileAppearance>(store_.loadAppearance(tile));
   const std::lock_guard lock(mutex_);
   Kept& kept = use(tile);
-  if (kept.appearance == nullptr) {
-    kept.appearance = std::move(copy);
-    grow(kept, loaded.radii_um.size() * sizeof(float) + loaded.types.size() * sizeof(std::uint16_t));
-  }
+  if (kept.appearance != nullptr) return kept.appearance;
+  kept.appearance = loaded;
+  grow(kept, loaded->radii_um.size() * sizeof(float) + loaded->types.size() * sizeof(std::uint16_t));
   return loaded;
 }
 

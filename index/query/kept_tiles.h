@@ -22,8 +22,9 @@ class KeptTiles final : public ForwardingStore {
   KeptTiles(const TileStore& store, std::uint64_t budget_bytes) : ForwardingStore(store), budget_bytes_(budget_bytes) {}
 
   std::shared_ptr<const Tile> load(TileId tile) const override;
-  TileAppearance loadAppearance(TileId tile) const override;
-  std::uint64_t bytes() const;  // kept now
+  TileAppearance loadAppearance(TileId tile) const override { return *appearance(tile); }
+  std::shared_ptr<const TileAppearance> appearance(TileId tile) const;  // without a copy
+  std::uint64_t bytes() const;                                          // kept now
 
  private:
   struct Kept {

@@ -44,13 +44,15 @@ struct PointSearch {
   const TileFinder& finder;
   std::vector<internal::Unsure<Candidate>> ghosts{};  // within the bound when they were found
 
-  PointSearch(internal::SearchedSet& s, const Vector3d& from_W, const NearestQuery& query)
+  PointSearch(internal::SearchedSet& s, const Vector3d& from_W, const NearestQuery& query,
+              std::uint32_t without = Candidates::kNoCell)
       : set(s),
         h_W(from_W),
         best(query.k, query.epsilon, std::nextafter(query.max_distance_um * query.max_distance_um, kInfinity),
-             query.of_cells),
+             query.of_cells, without),
         all(query.k == SIZE_MAX),
         finder(s.finder(tiles_read)) {}
+  void run(bool resident_only) { resident_only ? searchResident() : searchAll(); }
   void searchAll();
   void searchResident();
   // Searches the tiles in memory. Returns the first tiles that the search needs beside these, at most about `most`.
@@ -83,9 +85,14 @@ void PointSearch::search(const internal::SearchTile& tile) {
 }
 
 void PointSearch::visit(TileId tile) {
-  const internal::TileCache::Lease loaded = set.cache.get(tile, tiles_read);
-  search(*loaded);
+  bool has_ghosts = false;
+  {
+    const internal::TileCache::Lease loaded = set.cache.get(tile, tiles_read);
+    search(*loaded);
+    has_ghosts = loaded->ghosts != nullptr;
+  }
   ++tiles_searched;
+  if (has_ghosts) set.settleGhosts(tile);
 }
 
 template <class Wants>
@@ -279,6 +286,8 @@ std::size_t readBatchAhead(internal::SearchedSet& set, std::span<const Vector3d>
 Nearest::Nearest(const TileStore& store, const NearestOptions& options) {
   requireTileEngine(options.engine);
   set_ = std::make_unique<internal::SearchedSet>(store, options.filter, options.engine, options.budget_bytes);
+  if (!options.filter.takesAll())
+    all_ = std::make_unique<internal::SearchedSet>(store, SegmentFilter(), options.engine, options.budget_bytes / 2);
 }
 Nearest::~Nearest() = default;
 
@@ -292,7 +301,7 @@ void Nearest::find(const Vector3d& h_W, const NearestQuery& query, std::vector<N
   checkQuery(h_W, query);
   results.clear();
   if (query.k == 0) return;
-  if (query.approximate && (!set_->sieve.takesAll() || query.of_cells))
+  if (query.approximate && (!set_->sieve.takesAll() || query.of_cells || query.other_cells))
     throw UsageError("an approximate search takes no filter and finds no cells");
 
   if (query.approximate) {
@@ -305,18 +314,28 @@ void Nearest::find(const Vector3d& h_W, const NearestQuery& query, std::vector<N
   }
 
   if (query.resident_only && !set_->isPlanned()) return;
-  PointSearch search(*set_, h_W, query);
-  if (query.resident_only)
-    search.searchResident();
-  else
-    search.searchAll();
+  std::uint32_t own = Candidates::kNoCell, tiles_read = 0, tiles_searched = 0;
+  bool knows_own = true;
+  if (query.other_cells) {
+    PointSearch nearest(all_ ? *all_ : *set_, h_W, {});
+    nearest.run(query.resident_only);
+    const std::span<const Candidate> found = nearest.best.sorted();
+    if (!found.empty()) own = found[0].segment.cell;
+    knows_own = found.empty() ? std::isinf(nearest.absent2) : found[0].squared_distance < nearest.absent2;
+    tiles_read = nearest.tiles_read;
+    if (all_) tiles_searched = nearest.tiles_searched;  // else the second search takes these tiles too
+  }
+  PointSearch search(*set_, h_W, query, own);
+  search.run(query.resident_only);
+  tiles_read += search.tiles_read;
+  tiles_searched += search.tiles_searched;
 
   for (const Candidate& c : search.best.sorted()) {
     const double distance = std::sqrt(c.squared_distance);
     if (distance > query.max_distance_um) break;
-    const bool exact = query.epsilon == 0 && c.squared_distance < search.absent2;
+    const bool exact = knows_own && query.epsilon == 0 && c.squared_distance < search.absent2;
     const auto rank = static_cast<std::uint32_t>(results.size());
-    results.push_back({rank, distance, c.p_W, c.segment, c.t, c.tile, exact, search.tiles_read, search.tiles_searched});
+    results.push_back({rank, distance, c.p_W, c.segment, c.t, c.tile, exact, tiles_read, tiles_searched});
   }
 }
 
@@ -355,6 +374,8 @@ std::vector<std::vector<NearestResult>> Nearest::findAll(std::span<const Vector3
 
 double Nearest::covering_radius_um() const { return set_->hint.covering_radius_um(); }
 
-std::uint64_t Nearest::bytes() const { return set_->cache.bytes(); }
+const TileStore& Nearest::tiles() const { return set_->cached; }
+
+std::uint64_t Nearest::bytes() const { return set_->cache.bytes() + (all_ ? all_->cache.bytes() : 0); }
 
 }  // namespace filiform

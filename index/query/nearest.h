@@ -54,6 +54,10 @@ struct NearestQuery {
   bool resident_only = false;  // read nothing: search only tiles that earlier queries left in memory
   double max_distance_um = std::numeric_limits<double>::infinity();  // closed; k = SIZE_MAX: all within it
   bool of_cells = false;                                             // k cells, each by its nearest segment
+  // Finds no segment of the point's own cell: the cell of the segment that is nearest to the point among all segments
+  // of the set, whatever the filter; of equally near ones, the lowest (cell, segment). So a point on a neurite finds
+  // other cells.
+  bool other_cells = false;
 };
 
 // One segment that find() or inBox() returns.
@@ -107,8 +111,9 @@ class Nearest {
 
   // Returns at most k segments, nearest first; none from an empty set. Throws UsageError if a coordinate is not finite
   // or exceeds kMaxCoordinate_um, if epsilon is negative or not finite, if max_distance_um is negative or NaN, or if
-  // `approximate` comes with a filter or of_cells.
-  // Throws CorruptTile, CorruptSet, IoError from the store. Expected: O(log segments + k) and one or two tiles read.
+  // `approximate` comes with a filter, of_cells or other_cells. With other_cells, a search with a filter keeps tiles of
+  // up to half of `budget_bytes` more. Throws CorruptTile, CorruptSet, IoError from the store. Expected: O(log segments
+  // + k) and one or two tiles read.
   std::vector<NearestResult> find(const Vector3d& h_W, const NearestQuery& query = {}) const;
   // The same into the caller's list, whose content is replaced. Does not allocate once lists have grown, if k = 1 and
   // all tiles are in memory.
@@ -139,11 +144,15 @@ class Nearest {
   // The error bound of approximate results. The first call reads the landmarks.
   double covering_radius_um() const;
 
+  // The store, with the tiles in memory: load() reads only others, and does not change leaves(). Lives as this object.
+  const TileStore& tiles() const;
+
   // Bytes of the tiles and engines in memory now.
   std::uint64_t bytes() const;
 
  private:
   std::unique_ptr<internal::SearchedSet> set_;
+  std::unique_ptr<internal::SearchedSet> all_;  // tells own cells; null without a filter
 };
 
 }  // namespace filiform

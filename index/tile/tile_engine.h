@@ -79,20 +79,22 @@ class Candidates {
  public:
   // Keeps k segments within the squared distance `limit2`, um^2 (closed). With epsilon > 0, the segment of each rank
   // may be up to (1 + epsilon) times too far. `of_cells`: keeps one segment a cell. Requires k > 0, epsilon >= 0,
-  // limit2 >= 0.
-  Candidates(std::size_t k, double epsilon, double limit2, bool of_cells = false)
+  // limit2 >= 0. Takes no segment of the cell `without`.
+  static constexpr std::uint32_t kNoCell = UINT32_MAX;
+  Candidates(std::size_t k, double epsilon, double limit2, bool of_cells = false, std::uint32_t without = kNoCell)
       : k_(k),
         slack_(k / 8),
         shrink_(1.0 / ((1.0 + epsilon) * (1.0 + epsilon))),
         limit2_(limit2),
         bound2_(limit2),
-        of_cells_(of_cells) {}
+        of_cells_(of_cells),
+        without_(without) {}
 
   // Bound for pruning, um^2: skip what lies farther; keep what lies at the same distance (ties).
   double bound2() const noexcept { return bound2_; }
 
-  // True if only the best segment is kept. Pruning may then use boundIf().
-  bool single() const noexcept { return k_ == 1; }
+  // True if only the best segment is kept, of any cell. Pruning may then use boundIf().
+  bool single() const noexcept { return k_ == 1 && without_ == kNoCell; }
   // The value of bound2() after an offer at that squared distance. Requires single().
   double boundIf(double squared_distance) const noexcept { return std::min(bound2_, squared_distance * shrink_); }
   // The largest squared distance, um^2, that is still kept, without pruning.
@@ -100,7 +102,7 @@ class Candidates {
 
   // Adds a candidate if it is among the best. Usually O(1), amortised O(log k).
   void offer(const Candidate& c) {
-    if (c.squared_distance > limit2_) return;
+    if (c.squared_distance > limit2_ || c.segment.cell == without_) return;
     if (full_ && !(c < worst_)) return;
     if (k_ == 1) return setWorst(c);
     best_.push_back(c);
@@ -138,6 +140,7 @@ class Candidates {
   std::size_t k_, slack_;
   double shrink_, limit2_, bound2_;
   bool of_cells_;
+  std::uint32_t without_;
   bool full_ = false;
   Candidate worst_{};
   std::vector<Candidate> best_;

@@ -3,7 +3,7 @@
 
 #include "index/contacts/contact_options.h"
 #include "index/contacts/internal/contact_tile.h"
-#include "index/contacts/internal/sample_radii.h"
+#include "index/measure/internal/sample_radii.h"
 #include "index/set/tile_store.h"
 
 #include <cstdint>

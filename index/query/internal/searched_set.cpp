@@ -13,10 +13,6 @@ namespace {
 constexpr std::size_t kFewCells = 1024;
 constexpr std::uint64_t kFewOfSegments = 16;  // at most a 16th of all
 
-struct Everywhere final : Region {
-  bool mayMeet(const WorldBox&) const noexcept override { return true; }
-};
-
 }  // namespace
 
 const TileFinder& SearchedSet::finder(std::uint32_t& tiles_read) const {

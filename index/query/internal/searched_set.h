@@ -8,6 +8,7 @@
 #include "index/query/internal/segment_sieve.h"
 #include "index/query/internal/tile_cache.h"
 #include "index/query/tile_finder.h"
+#include "index/set/forwarding_store.h"
 
 #include <cstdint>
 #include <string>
@@ -25,6 +26,16 @@ struct Unsure {
   bool operator<(const Unsure& other) const { return found < other.found; }
 };
 
+// A store whose tiles are taken from a cache if they are there.
+struct CachedStore final : ForwardingStore {
+  CachedStore(const TileStore& store, TileCache& c) : ForwardingStore(store), cache(c) {}
+  std::shared_ptr<const Tile> load(TileId tile) const override {
+    const TileCache::Lease here = cache.find(tile);
+    return here ? here->tile : store_.loadToSearch(tile);
+  }
+  TileCache& cache;
+};
+
 class SearchedSet {
  public:
   // Throws as SegmentSieve.
@@ -40,6 +51,7 @@ class SearchedSet {
   const SegmentSieve sieve;
   const LandmarkHint hint;
   mutable TileCache cache;
+  const CachedStore cached{store, cache};
 
   // Finds the tiles to search. The first call may read the tiles of a few wanted cells; see nearest.h.
   const TileFinder& finder(std::uint32_t& tiles_read) const;
@@ -85,6 +97,15 @@ class SearchedSet {
   bool wants(SegmentId id, const GridPoint& middle, std::uint32_t& tiles_read) const {
     const TileId owner = ownerOf(middle);
     return owner != kNoTile && wants(*cache.get(owner, tiles_read), id);
+  }
+  // Settles ghosts of a searched tile by the tiles in memory; see TileCache.
+  void settleGhosts(TileId id) const {
+    cache.settleGhosts(id, [this](const Tile& tile, std::uint32_t segment) -> std::optional<bool> {
+      const TileId owner = ownerOf(middleOf(tile, segment));
+      if (owner == kNoTile) return false;
+      const TileCache::Lease here = cache.find(owner);
+      return here ? std::optional(wants(*here, tile.segmentId(segment))) : std::nullopt;
+    });
   }
   // From far away, reads the tiles that own these, many at once.
   template <class Found>

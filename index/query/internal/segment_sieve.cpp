@@ -29,34 +29,35 @@ SegmentSieve::SegmentSieve(const TileStore& store, const SegmentFilter& filter)
   pure_ = mask_ & ~typeMaskOf(UINT16_MAX);  // the bit of many types
 }
 
-SegmentSieve::Sifted SegmentSieve::sift(const Tile& tile, const TileAppearance* look, bool ghosts) const {
-  Sifted sifted;
-  if (of_types_) sifted.wanted.resize(tile.segment_count());
-  std::vector<std::uint16_t> types;  // by segment
-  if (look != nullptr) {
-    types.resize(tile.segment_count());
-    for (std::uint32_t s = 0, owned = 0; s < types.size(); ++s)
-      if (tile.owned(s)) types[s] = look->types[owned++];
-  }
+std::vector<SegmentRun> someRuns(const Tile& tile, const std::vector<bool>& take) {
+  std::vector<SegmentRun> runs;
   for (const SegmentRun run : tile.runs()) {
-    if (of_cells_ && !cells_[tile.segmentId(run.begin()).cell]) continue;
-    std::vector<SegmentRun>* before = nullptr;  // the list of the segment before
+    bool continues = false;
     for (std::uint32_t s = run.begin(); s < run.begin() + run.count(); ++s) {
-      std::vector<SegmentRun>* list = &sifted.sure;
-      const bool owned = tile.owned(s);
-      if (!owned && !ghosts)
-        list = nullptr;
-      else if (look != nullptr)
-        list = !owned ? &sifted.unsure : types_[types[s]] ? &sifted.sure : nullptr;
-      if (of_types_) sifted.wanted[s] = owned && list != nullptr;
-      if (list != nullptr && list == before)
-        ++list->back().begin_and_count;  // one segment more
-      else if (list != nullptr)
-        list->push_back({8 * s});
-      before = list;
+      if (take[s] && continues)
+        ++runs.back().begin_and_count;  // one segment more
+      else if (take[s])
+        runs.push_back({8 * s});
+      continues = take[s];
     }
   }
-  return sifted;
+  return runs;
+}
+
+SegmentSieve::Sifted SegmentSieve::sift(const Tile& tile, const TileAppearance* look, bool ghosts) const {
+  std::vector<bool> sure(tile.segment_count()), unsure(tile.segment_count()),
+      wanted(of_types_ ? tile.segment_count() : 0);
+  std::uint32_t at = 0;  // among the owned
+  for (std::uint32_t s = 0; s < tile.segment_count(); ++s) {
+    const bool owned = tile.owned(s);
+    const bool has_type = look == nullptr || (owned && types_[look->types[at]]);
+    at += owned ? 1 : 0;
+    if ((of_cells_ && !cells_[tile.segmentId(s).cell]) || (!owned && !ghosts)) continue;
+    sure[s] = has_type;
+    unsure[s] = !owned && look != nullptr;
+    if (of_types_) wanted[s] = owned && has_type;
+  }
+  return {someRuns(tile, sure), someRuns(tile, unsure), std::move(wanted)};
 }
 
 }  // namespace filiform::internal

@@ -10,6 +10,9 @@
 
 namespace filiform::internal {
 
+// The runs of those segments of a tile that `take` has, in the order of the tile's runs.
+std::vector<SegmentRun> someRuns(const Tile& tile, const std::vector<bool>& take);
+
 class SegmentSieve {
  public:
   // Throws UsageError for cells that do not ascend or exist.

@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <bit>
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
@@ -37,11 +38,16 @@ struct SearchTile {
   std::uint64_t bytes;
 };
 
+struct Everywhere final : Region {
+  bool mayMeet(const WorldBox&) const noexcept override { return true; }
+};
+
 class TileCache {
   struct Slot {
     std::atomic<const SearchTile*> tile{nullptr};
     std::atomic<std::uint32_t> leases{0};
     std::atomic<bool> used{false};  // since trim() saw it last
+    std::atomic<std::uint32_t> ghost_searches{0};
   };
 
  public:
@@ -105,6 +111,7 @@ class TileCache {
       order_.push_back(tile);
       bytes_ += read->bytes;
       slot.used.store(false);
+      slot.ghost_searches.store(0);
       slot.tile.store(read.release());
     }
     slot.leases.fetch_add(1);
@@ -154,6 +161,32 @@ class TileCache {
   std::size_t mostAhead() const {
     const std::uint64_t a_tile = 1 + store_.decodedBytes() / std::max<std::uint64_t>(store_.tile_count(), 1);
     return std::max<std::uint64_t>(kLeastAhead, budget_bytes_ / 2 / a_tile);
+  }
+
+  // After a search of the tile's ghosts: sometimes, those of them are settled that `isWanted(tile, segment)` knows.
+  // They then are searched as other segments, or not at all. Attempts become rare, because each asks for all ghosts.
+  template <class IsWanted>
+  void settleGhosts(TileId id, const IsWanted& isWanted) {
+    constexpr std::uint32_t kFirst = 4;
+    const std::uint32_t searches = slotOf(id)->ghost_searches.fetch_add(1, std::memory_order_relaxed) + 1;
+    if (searches < kFirst || !std::has_single_bit(searches)) return;
+    const Lease here = find(id);
+    if (!here || here->ghosts == nullptr) return;
+    const Tile& tile = *here->tile;
+    std::vector<bool> sure(tile.segment_count()), unsure(tile.segment_count());
+    std::vector<std::uint32_t> segments;
+    here->engine->collect(Everywhere(), segments);
+    for (const std::uint32_t s : segments) sure[s] = true;
+    segments.clear();
+    here->ghosts->collect(Everywhere(), segments);
+    std::size_t left = segments.size();
+    for (const std::uint32_t s : segments) {
+      const std::optional<bool> wanted = isWanted(tile, s);
+      if (!wanted) unsure[s] = true;
+      if (wanted) sure[s] = *wanted, --left;
+    }
+    if (left < segments.size())
+      replace(id, here, searchTile(here->tile, someRuns(tile, sure), someRuns(tile, unsure), here->wanted));
   }
 
   // Leaves all ghosts out of tiles that are read from now on. Call it before any tile is read.
@@ -221,16 +254,32 @@ class TileCache {
     const bool looks = sieve_.ofTypes() && !sieve_.allTypesOf(store_.entry(tile));
     FutureRead<TileAppearance> look(looks && store_.isRemote() ? &readThreads() : nullptr,
                                     [this, tile] { return store_.loadAppearance(tile); });
-    SearchTile read{store_.loadToSearch(tile), nullptr, nullptr, nullptr, 0};
+    const std::shared_ptr<const Tile> read = store_.loadToSearch(tile);
     const TileAppearance types = looks ? look.get() : TileAppearance();
-    SegmentSieve::Sifted sifted = sieve_.sift(*read.tile, looks ? &types : nullptr, with_ghosts_);
-    const bool unsure = !sifted.unsure.empty();
-    read.engine = makeTileEngine(engine_, read.tile, std::move(sifted.sure));
-    if (unsure) read.ghosts = makeTileEngine(engine_, read.tile, std::move(sifted.unsure));
-    if (sieve_.ofTypes()) read.wanted = std::make_shared<const std::vector<bool>>(std::move(sifted.wanted));
-    read.bytes = read.tile->bytes() + read.engine->bytes() + (unsure ? read.ghosts->bytes() : 0) +
-                 read.tile->segment_count() / 8;
-    return read;
+    SegmentSieve::Sifted sifted = sieve_.sift(*read, looks ? &types : nullptr, with_ghosts_);
+    return searchTile(read, std::move(sifted.sure), std::move(sifted.unsure),
+                      sieve_.ofTypes() ? std::make_shared<const std::vector<bool>>(std::move(sifted.wanted)) : nullptr);
+  }
+
+  SearchTile searchTile(std::shared_ptr<const Tile> tile, std::vector<SegmentRun>&& sure,
+                        std::vector<SegmentRun>&& unsure, std::shared_ptr<const std::vector<bool>> wanted) const {
+    SearchTile made{std::move(tile), nullptr, nullptr, std::move(wanted), 0};
+    const bool has_unsure = !unsure.empty();
+    made.engine = makeTileEngine(engine_, made.tile, std::move(sure));
+    if (has_unsure) made.ghosts = makeTileEngine(engine_, made.tile, std::move(unsure));
+    made.bytes = made.tile->bytes() + made.engine->bytes() + (has_unsure ? made.ghosts->bytes() : 0) +
+                 made.tile->segment_count() / 8;
+    return made;
+  }
+
+  // Replaces a tile that is still here.
+  void replace(TileId id, const Lease& old, SearchTile&& made) {
+    const std::lock_guard lock(mutex_);
+    Slot& slot = *slotOf(id);
+    if (slot.tile.load() != &*old) return;
+    bytes_ += made.bytes;
+    drop(slot, new SearchTile(std::move(made)));
+    freeDropped();
   }
 
   void keepAhead(SearchTile&& read) {
@@ -266,11 +315,14 @@ class TileCache {
       else
         drop(*slotOf(oldest));
     }
+    freeDropped();
+  }
+  void freeDropped() {
     std::erase_if(dropped_, [](const auto& one) { return one.first->leases.load() == 0; });
   }
-  void drop(Slot& slot) {
+  void drop(Slot& slot, const SearchTile* next = nullptr) {
     dropped_.emplace_back(&slot, nullptr);
-    dropped_.back().second.reset(slot.tile.exchange(nullptr));
+    dropped_.back().second.reset(slot.tile.exchange(next));
     bytes_ -= dropped_.back().second->bytes;
   }
 

@@ -2,6 +2,7 @@
 #include "index/errors.h"
 #include "index/geometry/partition.h"
 #include "index/query/nearest.h"
+#include "index/set/forwarding_store.h"
 #include "tests/support/scenes/brute_force.h"
 #include "tests/support/scenes/counting_store.h"
 #include "tests/support/scenes/memory_store.h"
@@ -9,6 +10,7 @@
 #include "tests/support/scenes/tile_invariants.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <numeric>
 #include <random>
@@ -21,6 +23,7 @@ namespace {
 
 using test::storeOf;
 using Ids = std::vector<std::uint32_t>;
+using Segments = std::vector<StoredSegment>;
 
 // Cells whose samples have one of three types along a stretch, and a rare one here and there.
 std::vector<test::NamedCells> typedCases() {
@@ -102,7 +105,7 @@ void expectExactly(const std::vector<NearestResult>& found, const std::vector<te
 
 class FilteredNearest : public ::testing::TestWithParam<const char*> {
  protected:
-  // Calls check(nearest, wanted segments, their store, random) for all scenes, tilings and filters.
+  // Calls check(nearest, wanted segments, their store, point, all segments) for all scenes, tilings and filters.
   template <class Check>
   static void forAll(const Check& check) {
     for (const test::NamedCells& named : typedCases()) {
@@ -120,7 +123,7 @@ class FilteredNearest : public ::testing::TestWithParam<const char*> {
             std::normal_distribution<double> jitter(0, i < 2 ? 0 : i < 4 ? 1 : 30);
             const Vector3d at_W = store->grid().toWorld(segments[random() % segments.size()].child) +
                                   Vector3d(jitter(random), jitter(random), jitter(random));
-            check(nearest, left, *store, at_W);
+            check(nearest, left, *store, at_W, segments);
           }
         }
       }
@@ -129,28 +132,38 @@ class FilteredNearest : public ::testing::TestWithParam<const char*> {
 };
 
 TEST_P(FilteredNearest, PointIsBruteForceOverTheWanted) {
-  forAll(
-      [](const Nearest& nearest, const std::vector<StoredSegment>& left, const TileStore& store, const Vector3d& at_W) {
-        const auto all = test::bruteForceNearest(left, store.grid(), at_W, SIZE_MAX);
-        const auto first = [&](std::size_t k) {
-          return std::vector(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(std::min(k, all.size())));
-        };
-        for (const std::size_t k : {1, 7}) {
-          expectExactly(nearest.find(at_W, {.k = k}), first(k));
-          expectExactly(nearest.find(at_W, {.k = k, .of_cells = true}), ofCells(all, k));
-        }
-        const double radius = all.empty() ? 10 : all[std::min<std::size_t>(all.size() - 1, 20)].distance_um;
-        std::vector<test::BruteForceResult> within = all;
-        std::erase_if(within, [&](const auto& r) { return r.distance_um > radius; });
-        expectExactly(nearest.find(at_W, {.k = SIZE_MAX, .max_distance_um = radius}), within);
-        // What is in memory now holds the answer, and says so.
-        expectExactly(nearest.find(at_W, {.resident_only = true}), first(1));
-      });
+  forAll([](const Nearest& nearest, const Segments& left, const TileStore& store, const Vector3d& at_W,
+            const Segments& all_segments) {
+    const auto all = test::bruteForceNearest(left, store.grid(), at_W, SIZE_MAX);
+    const auto first = [&](std::size_t k) {
+      return std::vector(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(std::min(k, all.size())));
+    };
+    for (const std::size_t k : {1, 7}) {
+      expectExactly(nearest.find(at_W, {.k = k}), first(k));
+      expectExactly(nearest.find(at_W, {.k = k, .of_cells = true}), ofCells(all, k));
+    }
+    const double radius = all.empty() ? 10 : all[std::min<std::size_t>(all.size() - 1, 20)].distance_um;
+    std::vector<test::BruteForceResult> within = all;
+    std::erase_if(within, [&](const auto& r) { return r.distance_um > radius; });
+    expectExactly(nearest.find(at_W, {.k = SIZE_MAX, .max_distance_um = radius}), within);
+    const std::uint32_t own = test::bruteForceNearest(all_segments, store.grid(), at_W, 1).at(0).segment.cell;
+    auto of_others = all;
+    std::erase_if(of_others, [&](const auto& r) { return r.segment.cell == own; });
+    for (const std::size_t k : {1, 3}) {
+      const auto some = of_others.begin() + static_cast<std::ptrdiff_t>(std::min(k, of_others.size()));
+      expectExactly(nearest.find(at_W, {.k = k, .other_cells = true}), {of_others.begin(), some});
+    }
+    // What is in memory now holds the answer, and says so.
+    const auto others = nearest.find(at_W, {.resident_only = true, .other_cells = true});
+    EXPECT_EQ(others.size(), std::min<std::size_t>(of_others.size(), 1));
+    for (const NearestResult& r : others) EXPECT_EQ(r.segment, of_others[0].segment);
+    expectExactly(nearest.find(at_W, {.resident_only = true}), first(1));
+  });
 }
 
 TEST_P(FilteredNearest, BoxIsBruteForceOverTheWanted) {
   forAll(
-      [](const Nearest& nearest, const std::vector<StoredSegment>& left, const TileStore& store, const Vector3d& at_W) {
+      [](const Nearest& nearest, const Segments& left, const TileStore& store, const Vector3d& at_W, const Segments&) {
         for (const std::int64_t reach : {64, 40000}) {
           const GridPoint at = store.grid().snap(at_W);
           const GridBox box{at.array() - reach, at.array() + reach};
@@ -166,7 +179,7 @@ TEST_P(FilteredNearest, BoxIsBruteForceOverTheWanted) {
 
 TEST_P(FilteredNearest, RayIsBruteForceOverTheWanted) {
   forAll(
-      [](const Nearest& nearest, const std::vector<StoredSegment>& left, const TileStore& store, const Vector3d& at_W) {
+      [](const Nearest& nearest, const Segments& left, const TileStore& store, const Vector3d& at_W, const Segments&) {
         RayQuery ray{.origin_W = at_W - Vector3d(30, 20, 10), .direction = Vector3d(3, 2, 1), .radius_um = 3};
         const Vector3d unit = ray.direction / ray.direction.norm();
         std::vector<std::pair<double, SegmentId>> expected;
@@ -211,6 +224,47 @@ TEST(FilteredNearestTiles, OnlyTilesThatMayHoldTheWantedAreRead) {
   EXPECT_EQ(counted.loads().size(), of_cell.size());
 }
 
+// Counts how often it is asked for the tile of a place.
+struct CountingHomes final : ForwardingStore {
+  using ForwardingStore::ForwardingStore;
+  TileId home(const GridPoint& p) const override {
+    ++asked;
+    return ForwardingStore::home(p);
+  }
+  mutable std::atomic<std::size_t> asked{0};
+};
+
+TEST(FilteredNearestTiles, GhostsAreSettledOnceTheirOwnersAreInMemory) {
+  std::vector<Cell> cells = test::randomColumn(67, 30, 500, 150);
+  std::mt19937_64 random(68);  // the seed of types and points
+  for (Cell& cell : cells)
+    for (std::uint16_t& type : cell.types) type = random() % 100 == 0 ? 700 : 800;
+  const auto store = storeOf(cells, 40);
+  const SegmentFilter filter{.types = {700}};
+  const Segments all = test::snappedSegments(cells, Grid());
+  const Segments left = sifted(all, cells, filter);
+  std::vector<Vector3d> points;
+  std::normal_distribution<double> jitter(0, 2);
+  for (int i = 0; i < 300; ++i)
+    points.push_back(store->grid().toWorld(all[random() % all.size()].child) +
+                     Vector3d(jitter(random), jitter(random), jitter(random)));
+  std::vector<std::vector<test::BruteForceResult>> expected;
+  for (const Vector3d& p_W : points) expected.push_back(test::bruteForceNearest(left, store->grid(), p_W, 1));
+  for (const std::uint64_t budget :
+       {std::uint64_t{60'000}, std::uint64_t{64} << 20}) {  // some tiles leave memory; none
+    const CountingHomes counted(*store);
+    const Nearest nearest(counted, {.budget_bytes = budget, .filter = filter});
+    for (int round = 0; round < 20; ++round) {
+      counted.asked = 0;
+      const auto found = nearest.findAll(points, {}, 3);
+      for (std::size_t i = 0; i < points.size(); ++i) expectExactly(found[i], expected[i]);
+    }
+    if (budget > 1 << 20) {
+      EXPECT_LE(counted.asked, points.size()) << "the point's own tile, and no ghost's";
+    }
+  }
+}
+
 TEST(FilteredNearestTiles, RefusesWrongCellsAndApproximateSearches) {
   const auto store = storeOf(test::randomColumn(66, 3, 60, 30), 16);
   EXPECT_THROW(Nearest(*store, {.filter = {.cells = Ids{3}}}), UsageError);
@@ -218,6 +272,7 @@ TEST(FilteredNearestTiles, RefusesWrongCellsAndApproximateSearches) {
   const Nearest nearest(*store, {.filter = {.types = {3}}});
   EXPECT_THROW(nearest.find(Vector3d::Zero(), {.approximate = true}), UsageError);
   EXPECT_THROW(Nearest(*store).find(Vector3d::Zero(), {.approximate = true, .of_cells = true}), UsageError);
+  EXPECT_THROW(Nearest(*store).find(Vector3d::Zero(), {.approximate = true, .other_cells = true}), UsageError);
 }
 
 }  // namespace

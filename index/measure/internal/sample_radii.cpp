@@ -1,4 +1,4 @@
-#include "index/contacts/internal/sample_radii.h"
+#include "index/measure/internal/sample_radii.h"
 
 #include "index/geometry/partition.h"
 
@@ -34,7 +34,7 @@ float SampleRadii::of(NodeId sample, const GridPoint& at) {
       if (id == kNoTile) continue;
       const std::shared_ptr<const Tile> owner = tiles_.load(id);
       const std::optional<std::uint32_t> found = owner->findSegment(link.id);
-      if (found && owner->owned(*found)) return tiles_.loadAppearance(id).radii_um[owner->ownedIndex(*found)];
+      if (found && owner->owned(*found)) return tiles_.appearance(id)->radii_um[owner->ownedIndex(*found)];
     }
   }
   const std::shared_ptr<const Roots> roots = rootsOf(sample.cell);
