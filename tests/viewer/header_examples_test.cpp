@@ -30,6 +30,8 @@
 #include "index/ingest/ingest.h"
 #include "index/input/input.h"
 #include "index/levels/levels.h"
+#include "index/measure/neurite_density.h"
+#include "index/measure/segment_looks.h"
 #include "index/output.h"
 #include "index/query/cell_pass.h"
 #include "index/query/cell_paths.h"
@@ -283,6 +285,18 @@ void filteredSearches(const std::unique_ptr<TileSet>& set, const Vector3d& p_W) 
   // index/query/filtered_searches.h
   FilteredSearches searches(*set, 64 << 20);
   searches.with({.types = {2}})->find(p_W);
+}
+
+void segmentLooks(const Nearest& nearest, const Vector3d& p_W) {
+  // index/measure/segment_looks.h
+  SegmentLooks looks(nearest.tiles(), 64 << 20);
+  for (const SegmentLook& look : looks.of(nearest.find(p_W, {.k = 3}))) std::cout << look.radius_um << '\n';
+}
+
+void neuriteDensity(const std::unique_ptr<TileSet>& set) {
+  // index/measure/neurite_density.h
+  const NeuriteDensity density = densityOf(*set, {.step_um = 50});
+  for (double length_um : density.lengths_um) std::cout << length_um / density.box_um3() << '\n';  // um per um3
 }
 
 void nearest() {
@@ -571,7 +585,7 @@ TEST(HeaderExamples, AllAreCompiledHereAsTheyStandThere) {
             << text;
       }
     }
-  EXPECT_EQ(count, 54u) << "examples; a new one goes into this file";
+  EXPECT_EQ(count, 56u) << "examples; a new one goes into this file";
 }
 
 TEST(HeaderExamples, AnExampleIsTold) {
