@@ -25,7 +25,7 @@ class ZipFeed {
  public:
   explicit ZipFeed(const ZipContent& content) : content_(content) {
     readers_.resize(content.entries);
-    for (std::size_t i = 0; i < readers_.size(); ++i) readers_[i] = {this, i, 0};
+    for (std::size_t i = 0; i < readers_.size(); ++i) readers_[i] = {this, i, 0, {}, {}};
   }
 
   zip_source_t* source(zip_t* archive, std::size_t index) {
@@ -38,6 +38,8 @@ class ZipFeed {
     ZipFeed* feed;
     std::size_t index;
     std::size_t at;
+    std::function<std::string()> next = {};
+    std::string part = {};  // `at` is in it
   };
 
   const std::string& text(std::size_t index) {
@@ -48,6 +50,14 @@ class ZipFeed {
     return text_;
   }
 
+  static zip_int64_t readPart(Reader& reader, char* data, zip_uint64_t length) {
+    if (reader.at == reader.part.size()) reader.part = reader.next(), reader.at = 0;
+    const auto n = std::min<std::size_t>(length, reader.part.size() - reader.at);
+    std::memcpy(data, reader.part.data() + reader.at, n);
+    reader.at += n;
+    return static_cast<zip_int64_t>(n);
+  }
+
   zip_int64_t answer(Reader& reader, void* data, zip_uint64_t length, zip_source_cmd_t command) {
     switch (command) {
       case ZIP_SOURCE_SUPPORTS:
@@ -55,9 +65,13 @@ class ZipFeed {
                                               ZIP_SOURCE_ERROR, ZIP_SOURCE_FREE, -1);
       case ZIP_SOURCE_OPEN:
         reader.at = 0;
-        text(reader.index);
+        if (content_.parts)
+          reader.next = content_.parts(reader.index), reader.part.clear();
+        else
+          text(reader.index);
         return 0;
       case ZIP_SOURCE_READ: {
+        if (content_.parts) return readPart(reader, static_cast<char*>(data), length);
         const std::string& bytes = text(reader.index);
         const auto n = std::min<std::size_t>(length, bytes.size() - reader.at);
         std::memcpy(data, bytes.data() + reader.at, n);
@@ -71,7 +85,7 @@ class ZipFeed {
       case ZIP_SOURCE_STAT: {
         auto* stat = static_cast<zip_stat_t*>(data);
         zip_stat_init(stat);
-        stat->size = text(reader.index).size();
+        stat->size = content_.parts ? content_.bytes(reader.index) : text(reader.index).size();
         stat->valid = ZIP_STAT_SIZE;
         return sizeof *stat;
       }

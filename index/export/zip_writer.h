@@ -13,8 +13,12 @@ namespace filiform::tools {
 
 struct ZipContent {
   std::size_t entries = 0;
-  std::function<std::string(std::size_t)> name;        // UTF-8, different for each entry
-  std::function<std::string(std::size_t)> text;        // called when the entry is written; one text is held at a time
+  std::function<std::string(std::size_t)> name;  // UTF-8, different for each entry
+  std::function<std::string(std::size_t)> text;  // called when the entry is written; one text is held at a time
+  // Instead of `text`, for long entries: their bytes, and what gives one part after the other, and at last an empty
+  // one.
+  std::function<std::uint64_t(std::size_t)> bytes{};
+  std::function<std::function<std::string()>(std::size_t)> parts{};
   std::function<void(std::uint64_t bytes)> written{};  // called after each entry with the length of its text
 };
 

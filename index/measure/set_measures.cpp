@@ -21,7 +21,9 @@ void measureCells(const TileStore& store, const std::vector<std::uint32_t>& cell
                   const std::function<void(std::uint32_t cell, const CellMeasures& measures)>& take) {
   constexpr std::size_t kCellsAThread = 8;
   const std::size_t group = kCellsAThread * std::max(options.threads, 1U);
-  CellPass pass(store, cells, {.threads = std::max(options.threads, 1U), .check = options.check});
+  CellPass pass(
+      store, cells,
+      {.memory_bytes = options.memory_bytes, .threads = std::max(options.threads, 1U), .check = options.check});
   std::vector<CellGraph> graphs(group);
   std::vector<CellMeasures> found;
   for (std::size_t begin = 0; begin < cells.size(); begin += group) {

@@ -13,7 +13,8 @@ namespace filiform {
 struct SetMeasureOptions {
   MeasureOptions measures;
   unsigned threads = 1;
-  std::function<void()> check{};  // called before each tile and each group of cells; its exceptions propagate
+  std::uint64_t memory_bytes = 256 << 20;  // as CellPass has it
+  std::function<void()> check{};           // called before each tile and each group of cells; its exceptions propagate
 };
 
 // Calls take(cell, measures) for each of `cells`, in this order, on the calling thread. The order of threads changes no

@@ -1,9 +1,12 @@
-// The rows of `measure` as arrays of NumPy, one a column. Thread rule: thread-compatible.
+// The rows of `measure` as arrays of NumPy, one a column. Values wait in an unnamed file. Thread rule:
+// thread-compatible.
 #pragma once
 
+#include "index/export/column_spool.h"
 #include "tools/words/measure_table.h"
 
 #include <cstddef>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -11,23 +14,25 @@ namespace filiform::tools {
 
 class MeasureArrays {
  public:
-  explicit MeasureArrays(std::vector<MeasureTable::Column> columns)
-      : columns_(std::move(columns)), values_(columns_.size()) {}
+  explicit MeasureArrays(std::vector<MeasureTable::Column> columns);
+  // Throws IoError.
   void add(const MeasureTable::Row& row);
   std::size_t rows() const { return rows_; }
   // The column as a file .npy: int64 for counts without gaps, float64 with NaN for other numbers, UCS-4 for texts; for
   // lists of counts a table, as wide as the longest list, with 0 behind shorter lists.
-  std::string npy(std::size_t column) const;
+  // Its bytes, and one part after the other, at last an empty one; add() may not follow. Parts throw IoError.
+  std::uint64_t bytes(std::size_t column) const;
+  std::function<std::string()> parts(std::size_t column) const;
+  std::string npy(std::size_t column) const;  // the parts together
 
  private:
-  struct Values {
-    std::vector<double> numbers;  // counts below 2^53 too
-    std::vector<std::string> texts;
-    std::vector<std::vector<std::uint64_t>> lists;
-    bool has_gaps = false;
-  };
+  std::string header(std::size_t column) const;
+  std::size_t width(std::size_t column) const;  // bytes a row
+
   std::vector<MeasureTable::Column> columns_;
-  std::vector<Values> values_;
+  ColumnSpool spool_;  // numbers; lengths, then texts or counts
+  std::vector<bool> has_gaps_;
+  std::vector<std::size_t> longest_;  // text, in letters, or list
   std::size_t rows_ = 0;
 };
 

@@ -156,6 +156,7 @@ void MeasureTable::measure(const std::vector<std::uint32_t>& cells, unsigned thr
   measureCells(store_, cells,
                {.measures = {.per = perOf(choice_.rows), .sholl_um = choice_.sholl_um, .types = choice_.types},
                 .threads = threads,
+                .memory_bytes = choice_.memory_bytes,
                 .check = [&] { check(done); }},
                [&](std::uint32_t cell, const CellMeasures& measures) {
                  ++done;

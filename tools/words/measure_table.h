@@ -19,8 +19,9 @@ enum class MeasureRows : std::uint8_t { kCell, kNeurite, kBranch, kType, kSet };
 struct MeasureChoice {
   MeasureRows rows = MeasureRows::kCell;
   std::vector<const Feature*> features;
-  std::vector<std::uint16_t> types;  // empty: all
-  double sholl_um = 0;               // 0: without
+  std::vector<std::uint16_t> types;        // empty: all
+  double sholl_um = 0;                     // 0: without
+  std::uint64_t memory_bytes = 256 << 20;  // for the cells that are read at a time, see CellPass
 };
 
 // Each throws UsageError, which names `option` and near names.

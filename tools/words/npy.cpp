@@ -135,9 +135,10 @@ std::vector<Vector3d> readNpyPoints(std::string_view bytes, std::size_t most) {
   return points;
 }
 
-std::string npyHeader(const std::string& type, std::size_t rows, std::optional<std::size_t> columns) {
-  std::string text = "{'descr': " + type + ", 'fortran_order': False, 'shape': (" + std::to_string(rows) + "," +
-                     (columns ? std::to_string(*columns) : "") + "), }";
+namespace {
+
+std::string headerOf(const std::string& type, const std::string& shape) {
+  std::string text = "{'descr': " + type + ", 'fortran_order': False, 'shape': (" + shape + "), }";
   // The data begin at a multiple of 64.
   text.append(63 - (10 + text.size()) % 64, ' ');
   text += '\n';
@@ -146,24 +147,39 @@ std::string npyHeader(const std::string& type, std::size_t rows, std::optional<s
   return header + text;
 }
 
-std::string npyOfTexts(std::size_t rows, const std::function<std::string_view(std::size_t row)>& text) {
-  const auto lettersOf = [](std::string_view rest) {
-    std::vector<std::uint32_t> letters;
-    while (!rest.empty()) {
-      const Utf8Character character = decodeUtf8(rest);
-      letters.push_back(character.length == 0 ? 0xFFFD : static_cast<std::uint32_t>(character.code_point));
-      rest.remove_prefix(std::max<std::size_t>(character.length, 1));
+}  // namespace
+
+std::string npyHeader(const std::string& type, std::size_t rows, std::optional<std::size_t> columns) {
+  return headerOf(type, std::to_string(rows) + "," + (columns ? std::to_string(*columns) : ""));
+}
+
+std::string npyHeader(const std::string& type, const std::array<std::size_t, 3>& shape) {
+  return headerOf(type, std::to_string(shape[0]) + "," + std::to_string(shape[1]) + "," + std::to_string(shape[2]));
+}
+
+std::size_t letterCount(std::string_view text) {
+  std::size_t letters = 0;
+  for (; !text.empty(); ++letters) text.remove_prefix(std::max<std::size_t>(decodeUtf8(text).length, 1));
+  return letters;
+}
+
+void appendLetters(std::string& bytes, std::string_view text, std::size_t longest) {
+  for (std::size_t i = 0; i < longest; ++i) {
+    std::uint32_t letter = 0;
+    if (!text.empty()) {
+      const Utf8Character character = decodeUtf8(text);
+      letter = character.length == 0 ? 0xFFFD : static_cast<std::uint32_t>(character.code_point);
+      text.remove_prefix(std::max<std::size_t>(character.length, 1));
     }
-    return letters;
-  };
-  std::size_t longest = 1;
-  for (std::size_t row = 0; row < rows; ++row) longest = std::max(longest, lettersOf(text(row)).size());
-  std::string bytes = npyHeader("'<U" + std::to_string(longest) + "'", rows);
-  for (std::size_t row = 0; row < rows; ++row) {
-    std::vector<std::uint32_t> letters = lettersOf(text(row));
-    letters.resize(longest);
-    for (const std::uint32_t letter : letters) appendValue(bytes, letter);
+    appendValue(bytes, letter);
   }
+}
+
+std::string npyOfTexts(std::size_t rows, const std::function<std::string_view(std::size_t row)>& text) {
+  std::size_t longest = 1;
+  for (std::size_t row = 0; row < rows; ++row) longest = std::max(longest, letterCount(text(row)));
+  std::string bytes = npyHeader("'<U" + std::to_string(longest) + "'", rows);
+  for (std::size_t row = 0; row < rows; ++row) appendLetters(bytes, text(row), longest);
   return bytes;
 }
 

@@ -3,6 +3,7 @@
 
 #include "index/geometry/grid.h"
 
+#include <array>
 #include <bit>
 #include <cstddef>
 #include <functional>
@@ -21,8 +22,12 @@ std::vector<Vector3d> readNpyPoints(std::string_view bytes, std::size_t most);
 // The header of an array of `rows` records, or of rows of `columns` values. `type`: as Python writes it, such as
 // "[('x', '<f8')]".
 std::string npyHeader(const std::string& type, std::size_t rows, std::optional<std::size_t> columns = {});
-// An array of `rows` texts, text(0) to text(rows - 1): UCS-4, as wide as the longest. A byte that is no UTF-8 becomes
-// U+FFFD. Calls text() twice for each row. O(rows * longest).
+std::string npyHeader(const std::string& type, const std::array<std::size_t, 3>& shape);
+// The letters of a text in such an array, and their number. A byte that is no UTF-8 becomes U+FFFD.
+std::size_t letterCount(std::string_view text);
+void appendLetters(std::string& bytes, std::string_view text, std::size_t longest);
+// An array of `rows` texts, text(0) to text(rows - 1): UCS-4, as wide as the longest. Calls text() twice for each row.
+// O(rows * longest).
 std::string npyOfTexts(std::size_t rows, const std::function<std::string_view(std::size_t row)>& text);
 // Appends one value of a record, little-endian.
 template <typename Value>
