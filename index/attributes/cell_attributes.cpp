@@ -99,7 +99,9 @@ std::optional<std::uint32_t> CellAttributes::find(std::string_view name) const {
   const auto& all = impl_->columns;
   const auto at =
       std::lower_bound(all.begin(), all.end(), name, [](const Column& c, std::string_view n) { return c.name < n; });
-  if (at == all.end() || at->name != name) return std::nullopt;
+  constexpr std::string_view kPrefix = "attribute:";
+  if (at == all.end() || at->name != name)
+    return name.starts_with(kPrefix) ? find(name.substr(kPrefix.size())) : std::nullopt;
   return static_cast<std::uint32_t>(at - all.begin());
 }
 

@@ -35,6 +35,7 @@ class CellAttributes {
   // Ascending by name, in byte order.
   const std::vector<Column>& columns() const;
   bool empty() const { return columns().empty(); }
+  // `attribute:type` names the column `type`, too: for places where `type` alone means something else.
   std::optional<std::uint32_t> find(std::string_view name) const;
 
   // The value of a cell; missing if the cell has none, or is removed. Requires column < columns().size() and

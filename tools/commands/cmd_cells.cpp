@@ -53,7 +53,7 @@ std::vector<std::uint32_t> cellsOf(const TileSet& store, const CellAttributes& a
                                    const CellConditions& conditions, const CellsArguments& a) {
   const std::string& glob = a.name;
   std::vector<std::uint32_t> cells;
-  for (const std::uint32_t cell : conditions.select(store, attributes, 0)) {
+  for (const std::uint32_t cell : cellsMeeting(conditions, store, attributes, 0)) {
     if (cell % kRowsBetween == 0) throwIfInterrupted();
     if (store.cell(cell).removed) continue;
     if (glob == "*" || matchesName(glob, store.cell(cell).name)) cells.push_back(cell);
@@ -92,7 +92,7 @@ void sortCells(const TileSet& set, const CellAttributes& attributes, const Cells
     of_record([&](const CellRecord& cell) { return SortKey(0, static_cast<double>(cell.*count->second)); });
   } else if (a.sort.starts_with(kMeasurePrefix)) {
     const Feature& feature = measureNamed(a.sort.substr(kMeasurePrefix.size()), "--sort");
-    const std::vector<std::vector<double>> values = measureValues(set, cells, {&feature}, 0);
+    const std::vector<std::vector<double>> values = valuesOf(set, cells, {&feature}, 0);
     for (const double value : values.at(0)) keys.push_back(std::isnan(value) ? SortKey(2, 0.0) : SortKey(0, value));
   } else if (attribute) {
     for (const std::uint32_t cell : cells) keys.push_back(keyOf(attributes.value(*attribute, cell)));

@@ -85,7 +85,7 @@ std::vector<std::uint32_t> cellsThatMeet(const std::vector<std::string>& conditi
     const AttributeConditions parsed(conditions);
     for (const AttributeConditions::Condition& condition : parsed.all())
       if (!condition.name.starts_with(kMeasurePrefix)) columnNamed(attributes, condition.name, option, condition.whole);
-    return CellConditions(conditions).select(set, attributes, threads);
+    return cellsMeeting(CellConditions(conditions), set, attributes, threads);
   });
 }
 

@@ -1,6 +1,7 @@
 // filiform measure: tables of morphometrics.
 #include "index/attributes/cell_attributes.h"
 #include "index/export/zip_writer.h"
+#include "index/measure/neurite_density.h"
 #include "index/output.h"
 #include "index/set/tile_set.h"
 #include "index/text.h"
@@ -15,6 +16,7 @@
 #include "tools/words/cell_name.h"
 #include "tools/words/measure_npy.h"
 #include "tools/words/measure_table.h"
+#include "tools/words/npy.h"
 #include "tools/words/numbers.h"
 
 #include <algorithm>
@@ -35,7 +37,7 @@ namespace {
 
 struct MeasureArguments {
   std::shared_ptr<const RemoteArguments> remote;
-  std::string set, per = "cell", features = kUsualFeatures, type, sholl, npz;
+  std::string set, per = "cell", features = kUsualFeatures, type, sholl, npz, density, memory = "256MiB";
   std::vector<std::string> cells, where;
   unsigned threads = 0;
   bool json = false, tsv = false;
@@ -45,6 +47,7 @@ MeasureChoice choiceOf(const MeasureArguments& a) {
   MeasureChoice choice;
   choice.rows = parseMeasureRows(a.per);
   choice.features = parseFeatures(a.features);
+  choice.memory_bytes = parseBytes("--memory", a.memory);
   if (!a.type.empty()) choice.types = parseNeuriteTypes(a.type);
   if (!a.sholl.empty()) {
     choice.sholl_um = parseNumber("--sholl", a.sholl);
@@ -61,7 +64,7 @@ std::vector<std::uint32_t> chosenCells(const TileSet& set, const CellConditions&
   for (const std::string& name : a.cells) named.push_back(findCellNamed(set, name, "CELL"));
   std::sort(named.begin(), named.end());
   std::vector<std::uint32_t> cells;
-  for (const std::uint32_t cell : conditions.select(set, CellAttributes(set), a.threads))
+  for (const std::uint32_t cell : cellsMeeting(conditions, set, CellAttributes(set), a.threads))
     if (named.empty() || std::binary_search(named.begin(), named.end(), cell)) cells.push_back(cell);
   return cells;
 }
@@ -98,6 +101,57 @@ std::string shortText(const MeasureTable::Value& value) {
   return text.data();
 }
 
+// The rows of the boxes with neurite, or the whole grid as arrays.
+void writeDensity(const TileSet& set, const std::vector<std::uint32_t>& cells, const MeasureArguments& a) {
+  DensityOptions options{.step_um = parseNumber("--density", a.density),
+                         .threads = a.threads > 0 ? a.threads : std::max(1U, std::thread::hardware_concurrency()),
+                         .check = throwIfInterrupted};
+  if (cells.size() < set.cell_count()) options.cells = cells;
+  if (!a.type.empty()) options.types = parseNeuriteTypes(a.type);
+  const NeuriteDensity density = densityOf(set, options);
+  const Vector3d origin_um = density.corner_um(0, 0, 0);
+  const auto bytesOf = [](const auto& numbers, double divided_by) {
+    std::string bytes;
+    for (const double number : numbers) appendValue(bytes, number / divided_by);
+    return bytes;
+  };
+  if (!a.npz.empty()) {
+    Output out(a.npz, {.by_name = true, .cancel = &interruptFlag()});
+    writeZip(out.partialPath(), a.npz,
+             {.entries = 3,
+              .name =
+                  [](std::size_t i) {
+                    return std::array{"density.npy", "origin.npy", "step.npy"}[i];
+                  },
+              .text =
+                  [&](std::size_t i) {
+                    if (i == 0)
+                      return npyHeader("'<f8'", density.boxes) + bytesOf(density.lengths_um, density.box_um3());
+                    return i == 1 ? npyHeader("'<f8'", 3) + bytesOf(origin_um, 1)
+                                  : npyHeader("'<f8'", 1) + bytesOf(std::array{density.step_um}, 1);
+                  }});
+    return out.finish();
+  }
+  constexpr std::array<const char*, 5> kBoxTitles{"x_um", "y_um", "z_um", "length_um", "density_um_per_um3"};
+  const char* separator = "[\n";
+  if (!a.json)
+    for (const char* title : kBoxTitles) std::cout << title << (title == kBoxTitles.back() ? '\n' : '\t');
+  for (std::size_t box = 0; box < density.lengths_um.size(); ++box) {
+    const double length_um = density.lengths_um[box];
+    if (!(length_um > 0)) continue;
+    const Vector3d corner_um = density.cornerOf(box);
+    const std::array values{corner_um.x(), corner_um.y(), corner_um.z(), length_um, length_um / density.box_um3()};
+    nlohmann::ordered_json json;
+    for (std::size_t i = 0; i < values.size(); ++i)
+      if (a.json)
+        json[kBoxTitles[i]] = values[i];
+      else
+        std::cout << formatNumber(values[i]) << (i + 1 == values.size() ? '\n' : '\t');
+    if (a.json) std::cout << std::exchange(separator, ",\n") << jsonText(json);
+  }
+  if (a.json) std::cout << (*separator == '[' ? "[]\n" : "\n]\n");
+}
+
 int runMeasure(const MeasureArguments& a) {
   const MeasureChoice choice = choiceOf(a);
   const CellConditions conditions(a.where);  // refuses a wrong condition before the set is read
@@ -116,14 +170,18 @@ int runMeasure(const MeasureArguments& a) {
         visit);
     progress.finish();
   };
-  if (!a.npz.empty()) {
+  if (!a.density.empty()) {
+    writeDensity(*set, cells, a);
+  } else if (!a.npz.empty()) {
     MeasureArrays arrays(table.columns());
     each([&](const MeasureTable::Row& row) { arrays.add(row); });
     Output out(a.npz, {.by_name = true, .cancel = &interruptFlag()});
     writeZip(out.partialPath(), a.npz,
              {.entries = table.columns().size(),
               .name = [&](std::size_t i) { return table.columns()[i].title + ".npy"; },
-              .text = [&](std::size_t i) { return arrays.npy(i); }});
+              .text = {},
+              .bytes = [&](std::size_t i) { return arrays.bytes(i); },
+              .parts = [&](std::size_t i) { return arrays.parts(i); }});
     out.finish();
     if (!isStandardOutput(a.npz))
       std::cout << inShort(a.npz) << ": " << counted(arrays.rows(), "row") << " of "
@@ -181,6 +239,7 @@ void addMeasure(CLI::App& app, Chosen& chosen) {
       "  filiform measure column.fil --per type --type axon,basal --features length,tips,tortuosity_mean --json\n"
       "  filiform measure column.fil --sholl 10 --per set\n"
       "  filiform measure column.fil --features all --npz measures.npz\n"
+      "  filiform measure column.fil --density 50 --type axon --npz density.npz\n"
       "Lengths are um, areas um2, volumes um3, angles rad. A soma, and links from it to neurites, are no part of\n"
       "neurites. index/measure/MEASURES.md defines each feature, with its name in other programs. The features are:\n" +
       names);
@@ -192,20 +251,40 @@ void addMeasure(CLI::App& app, Chosen& chosen) {
                    "may have * ? [ab]; measure:FEATURE is a measure; repeatable: all must hold")
       ->type_name("CONDITION")
       ->allow_extra_args(false);
-  command
-      ->add_option("--per", a->per, "write a row for each cell, neurite, branch (section) or type, or one for the set")
-      ->type_name("WORD")
-      ->capture_default_str();
+  CLI::Option* per =
+      command
+          ->add_option("--per", a->per,
+                       "write a row for each cell, neurite, branch (section) or type, or one for the set")
+          ->type_name("WORD")
+          ->capture_default_str();
   command->add_option("--type", a->type, "measure only neurites of these types: axon, basal, apical, or codes of SWC")
       ->type_name("TYPE,...");
-  command->add_option("--features", a->features, "write these features; all: all of them")
-      ->type_name("NAME,...")
-      ->capture_default_str();
+  CLI::Option* features_option =
+      command->add_option("--features", a->features, "write these features; all: all of them")
+          ->type_name("NAME,...")
+          ->capture_default_str();
+  CLI::Option* sholl =
+      command
+          ->add_option("--sholl", a->sholl,
+                       "count crossings with spheres about the soma, every UM from its surface on; both counts of "
+                       "MEASURES.md")
+          ->type_name("UM");
   command
-      ->add_option("--sholl", a->sholl,
-                   "count crossings with spheres about the soma, every UM from its surface on; both counts of "
-                   "MEASURES.md")
-      ->type_name("UM");
+      ->add_option(
+          "--density", a->density,
+          "write the length of neurites in each box of a grid with this edge instead: x y z of the lowest corner, "
+          "um, and um per um3; --npz: the whole grid and its origin")
+      ->type_name("UM")
+      ->excludes(per)
+      ->excludes(features_option)
+      ->excludes(sholl);
+  command
+      ->add_option(
+          "--memory", a->memory,
+          "use at most this memory for the cells that are read at a time; with less than all need, tiles are read "
+          "several times (K, M, G: KiB, MiB, GiB)")
+      ->type_name("BYTES")
+      ->capture_default_str();
   command->add_option("--threads", a->threads, "use N threads; 0: one a core")
       ->capture_default_str()
       ->check(CLI::Range(0, 1024));

@@ -69,8 +69,8 @@ std::shared_ptr<const CellColours> cellColoursOf(const TileStore& store, const T
   std::unique_ptr<CellAttributes> attributes;
   if (set != nullptr) {
     attributes = std::make_unique<CellAttributes>(*set);
-    const CellFilter filter(a.where);
-    if (!filter.empty()) selection.only = filter.select(*set, *attributes);
+    const CellConditions conditions(a.where);
+    if (!conditions.empty()) selection.only = cellsMeeting(conditions, *set, *attributes, 0);
     if (selection.only && selection.only->empty()) throw UsageError("--where: no cell meets the conditions");
   }
   if (colouring.feature == nullptr) return coloursByAttribute(*set, *attributes, colouring.attribute, selection);
@@ -79,7 +79,7 @@ std::shared_ptr<const CellColours> cellColoursOf(const TileStore& store, const T
     if (!store.cell(cell).removed) cells.push_back(cell);
   CellValues values{a.colour_by, std::string(colouring.feature->unit),
                     std::vector<double>(store.cell_count(), std::numeric_limits<double>::quiet_NaN())};
-  const std::vector<double> measured = measureValues(store, cells, {colouring.feature}, 0).at(0);
+  const std::vector<double> measured = valuesOf(store, cells, {colouring.feature}, 0).at(0);
   for (std::size_t i = 0; i < cells.size(); ++i) values.of_cell[cells[i]] = measured[i];
   return coloursByNumbers(store, values, selection);
 }

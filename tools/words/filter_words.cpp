@@ -1,11 +1,13 @@
 #include "tools/words/filter_words.h"
 
 #include "index/errors.h"
-#include "index/measure/cell_measures.h"
+#include "index/measure/set_measures.h"
 #include "index/text.h"
+#include "tools/words/measure_table.h"
 #include "tools/words/near_names.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <set>
 #include <utility>
@@ -14,6 +16,18 @@ namespace filiform::tools {
 namespace {
 
 constexpr std::uint16_t kBasalType = 3, kApicalType = 4;
+
+bool isOfMeasure(const std::string& condition) {
+  const std::size_t begin = condition.find_first_not_of(' ');
+  return begin != std::string::npos && condition.compare(begin, kMeasurePrefix.size(), kMeasurePrefix) == 0;
+}
+
+std::vector<std::string> onMeasures(const std::vector<std::string>& where, bool wanted) {
+  std::vector<std::string> found;
+  for (const std::string& condition : where)
+    if (isOfMeasure(condition) == wanted) found.push_back(condition);
+  return found;
+}
 
 }  // namespace
 
@@ -50,6 +64,50 @@ std::array<std::vector<std::uint16_t>, 2> parseTypesOfSides(const std::string& t
   std::vector<std::uint16_t> from = parseSegmentTypes(text.substr(0, comma), '+', option);
   if (comma == std::string::npos) return {from, from};
   return {std::move(from), parseSegmentTypes(text.substr(comma + 1), '+', option)};
+}
+
+const Feature& measureNamed(const std::string& name, const std::string& option) {
+  const auto found = parseFeatures(name, option);
+  if (found.size() != 1) throw UsageError(option + ": give one feature, such as measure:length");
+  return *found[0];
+}
+
+CellConditions::CellConditions(const std::vector<std::string>& where) : attributes_(onMeasures(where, false)) {
+  const AttributeConditions measures(onMeasures(where, true));
+  for (const AttributeConditions::Condition& condition : measures.all())
+    measures_.emplace_back(
+        &measureNamed(condition.name.substr(kMeasurePrefix.size()), "--where " + inShort(condition.whole)), condition);
+}
+
+std::vector<std::uint32_t> CellConditions::select(const TileSet& set, const TileStore& store,
+                                                  const CellAttributes& attributes, unsigned threads,
+                                                  const MeasureCheck& check) const {
+  const std::vector<std::uint32_t> cells = attributes_.select(set, attributes);
+  if (measures_.empty()) return cells;
+  std::vector<const Feature*> features;
+  for (const auto& [feature, condition] : measures_) features.push_back(feature);
+  const std::vector<std::vector<double>> values = measureValues(store, cells, features, threads, check);
+  std::vector<std::uint32_t> met;
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    bool all = true;
+    for (std::size_t c = 0; c < measures_.size(); ++c)
+      all =
+          all && measures_[c].second.meets(std::isnan(values[c][i]) ? AttributeValue() : AttributeValue(values[c][i]));
+    if (all) met.push_back(cells[i]);
+  }
+  return met;
+}
+
+std::vector<std::vector<double>> measureValues(const TileStore& store, const std::vector<std::uint32_t>& cells,
+                                               const std::vector<const Feature*>& features, unsigned threads,
+                                               const MeasureCheck& check) {
+  std::vector<std::vector<double>> values(features.size());
+  measureCells(store, cells, {.measures = {}, .threads = threads, .check = [&] { check(cells, values[0].size()); }},
+               [&](std::uint32_t, const CellMeasures& m) {
+                 for (std::size_t i = 0; i < features.size(); ++i)
+                   values[i].push_back(features[i]->value(m.all, &m.soma));
+               });
+  return values;
 }
 
 SegmentFilter filterOf(std::uint32_t cell_count, FilterParts parts) {

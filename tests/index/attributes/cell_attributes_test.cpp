@@ -231,6 +231,7 @@ TEST(CellFilter, SelectsByTextNumberAndAbsence) {
   EXPECT_EQ(select({"layer>=3", "depth um<4"}),
             expected([](auto c, bool there) { return there && c % 6 >= 4 && c < 16; }));
   EXPECT_EQ(select({"layer!=0"}), expected([](auto c, bool there) { return !there || c % 6 != 1; }));
+  EXPECT_EQ(select({"attribute:mtype=L2_*", "attribute:layer=-1"}), select({"mtype=L2_*", "layer=-1"}));
   EXPECT_EQ(select({}), expected([](auto, bool) { return true; }));
   for (const char* const wrong : {"mtype", "=3", "mtype!3", "layer<x", "", "layer>"})
     EXPECT_THROW(CellFilter({wrong}), UsageError) << wrong;

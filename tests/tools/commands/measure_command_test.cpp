@@ -3,6 +3,8 @@
 #include "tests/support/temp_folder.h"
 #include "tests/support/zip_entries.h"
 
+#include <algorithm>
+#include <cmath>
 #include <map>
 #include <string>
 #include <vector>
@@ -78,6 +80,8 @@ TEST_F(MeasureCommand, AllFeaturesWithAnyThreadsGiveTheSameBytes) {
   };
   EXPECT_EQ(with("1"), with("2"));
   EXPECT_EQ(with("1"), with("3"));
+  EXPECT_EQ(runFiliform({"measure", set_, "--features", "all", "--tsv", "--sholl", "1.5", "--memory", "1"}).out,
+            with("1"));
   EXPECT_NE(with("1").find("soma_radius_um"), std::string::npos);
 }
 
@@ -102,6 +106,31 @@ TEST_F(MeasureCommand, ArraysOfNumpy) {
     EXPECT_NE(arrays.at(name).find(part), std::string::npos) << name;
 }
 
+TEST_F(MeasureCommand, DensityOnAGrid) {
+  const double length_um = rowsOf({"--per", "set", "--features", "length"}).at(0).at("length_um");
+  const nlohmann::json boxes = rowsOf({"--density", "4"});
+  double sum_um = 0;
+  for (const nlohmann::json& box : boxes) {
+    sum_um += box.at("length_um").get<double>();
+    EXPECT_DOUBLE_EQ(box.at("density_um_per_um3").get<double>() * 64, box.at("length_um").get<double>());
+    EXPECT_EQ(std::fmod(box.at("x_um").get<double>(), 4), 0);
+  }
+  EXPECT_NEAR(sum_um, length_um, 1e-9 * length_um);
+  const std::string tsv = runFiliform({"measure", set_, "--density", "4"}).out;
+  EXPECT_EQ(tsv.substr(0, tsv.find('\n')), "x_um\ty_um\tz_um\tlength_um\tdensity_um_per_um3");
+  EXPECT_EQ(static_cast<std::size_t>(std::count(tsv.begin(), tsv.end(), '\n')), boxes.size() + 1);
+  EXPECT_EQ(runFiliform({"measure", set_, "--density", "4", "--threads", "3"}).out, tsv);
+  const std::string out = folder_ / "d.npz";
+  ASSERT_EQ(runFiliform({"measure", set_, "--density", "4", "--npz", out}).exit_code, 0);
+  const std::map<std::string, std::string> arrays = test::entriesOf(out);
+  EXPECT_NE(arrays.at("density.npy").find("'<f8'"), std::string::npos);
+  EXPECT_NE(arrays.at("origin.npy").find("(3,)"), std::string::npos);
+  EXPECT_NE(arrays.at("step.npy").find("(1,)"), std::string::npos);
+  EXPECT_TRUE(rowsOf({"--density", "4", "--type", "77"}).empty());
+  EXPECT_LT(rowsOf({"--density", "4", "--where", "kind=B"}).size(), boxes.size());
+  EXPECT_EQ(runFiliform({"measure", set_, "--density", "4", "--where", "kind=C", "--json"}).out, "[]\n");
+}
+
 TEST_F(MeasureCommand, MistakesAreOneLineWithNearNames) {
   const auto expectLine = [&](std::vector<std::string> words, const std::string& part) {
     words.insert(words.begin(), {"measure", set_});
@@ -119,6 +148,8 @@ TEST_F(MeasureCommand, MistakesAreOneLineWithNearNames) {
   expectLine({"--sholl", "nan"}, "--sholl");
   expectLine({"--sholl", "1e-9"}, "larger step");
   expectLine({"--sholl", "10", "--per", "branch"}, "leave one of them out");
+  expectLine({"--density", "0"}, "above 0");
+  expectLine({"--density", "1e-6"}, "boxes");
   expectLine({"unknown_cell"}, "unknown_cell");
 }
 

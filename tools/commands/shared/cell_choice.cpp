@@ -60,11 +60,11 @@ std::vector<std::uint32_t> CellChoice::select(const TileSet& set, unsigned threa
   std::sort(chosen.begin(), chosen.end());
   chosen.erase(std::unique(chosen.begin(), chosen.end()), chosen.end());
   const bool all_named = !cells.empty() && where.empty();  // the records of other cells are then not read
-  std::vector<std::uint32_t> met = all_named ? chosen : conditions.select(set, attributes, workers);
+  std::vector<std::uint32_t> met = all_named ? chosen : cellsMeeting(conditions, set, attributes, threads);
   if (met.empty()) {
     if (where.empty()) throw InputError("the tile set has no cell");
     for (const std::string& condition : where)
-      if (CellConditions({condition}).select(set, attributes, workers).empty())
+      if (cellsMeeting(CellConditions({condition}), set, attributes, threads).empty())
         throw UsageError("--where " + inShort(condition) + ": no cell meets it" + nearValues(attributes, condition));
     throw UsageError("--where: no cell meets all conditions");
   }

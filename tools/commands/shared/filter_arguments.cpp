@@ -21,7 +21,7 @@ SegmentFilter FilterArguments::filter(const TileSet& set, unsigned threads) cons
   if (!types.empty()) parts.types = parseSegmentTypes(all_types, ',', "--type");
   for (const std::string& name : cells) parts.cells.push_back(findCellNamed(set, name, "--cell"));
   for (const std::string& name : not_cells) parts.not_cells.push_back(findCellNamed(set, name, "--not-cell"));
-  if (!where.empty()) parts.met = CellConditions(where).select(set, CellAttributes(set), threads);
+  if (!where.empty()) parts.met = cellsMeeting(CellConditions(where), set, CellAttributes(set), threads);
   SegmentFilter filter = filterOf(set.cell_count(), std::move(parts));
   if (filter.cells && filter.cells->empty()) std::cerr << "filiform: note: no cell meets the conditions\n";
   return filter;
