@@ -188,7 +188,7 @@ TEST_F(Program, NearestAnswersPointsFromArgumentsFilesAndStdin) {
   const Outcome one = runFiliform({"nearest", path("small.fil"), "12", "3", "0", "--tsv"});
   ASSERT_EQ(one.exit_code, 0) << one.err;
   EXPECT_EQ(one.out.substr(0, one.out.find('\n')),
-            "query\trank\tdistance\tx\ty\tz\tcell\tsegment\tsample\texact\ttiles_read");
+            "query\trank\tdistance\tx\ty\tz\tcell\tsegment\tsample\texact\ttiles_read\ttype\tradius\tt");
   const Outcome piped =
       runFiliform({"nearest", path("small.fil"), "--points", "-", "--json"}, "# two\n12 3 0\n-100,\t0, 0\n");
   ASSERT_EQ(piped.exit_code, 0) << piped.err;

@@ -28,7 +28,7 @@ namespace {
 struct NearestArguments {
   std::shared_ptr<const RemoteArguments> remote;
   std::shared_ptr<const FilterArguments> filter;
-  std::string set, points, budget = "256MiB", engine = "packed";
+  std::string set, points, budget = "256MiB", engine = "packed", own = "yes";
   std::vector<std::string> coordinates, box, ray;
   std::size_t k = 1;
   double epsilon = 0, radius = -1, tolerance = 1, slope = 0;
@@ -50,7 +50,11 @@ std::vector<Vector3d> pointsOf(const NearestArguments& a) {
 }
 
 NearestQuery queryOf(const NearestArguments& a) {
-  NearestQuery query{.k = a.k, .epsilon = a.epsilon, .approximate = a.approximate, .of_cells = a.of_cells};
+  NearestQuery query{.k = a.k,
+                     .epsilon = a.epsilon,
+                     .approximate = a.approximate,
+                     .of_cells = a.of_cells,
+                     .other_cells = a.own == "no"};
   if (a.radius >= 0) {
     query.max_distance_um = a.radius;
     if (!a.k_given) query.k = SIZE_MAX;
@@ -74,10 +78,10 @@ struct Search {
   void box() const {
     const std::vector<double> c = numbers("--box", a.box);
     const std::vector<NearestResult> found = nearest.inBox({c[0], c[1], c[2]}, {c[3], c[4], c[5]}, a.of_cells);
-    text.readAhead(found);
-    for (const NearestResult& r : found) {
+    const std::vector<SegmentLook> looks = text.readAhead(found);
+    for (std::size_t i = 0; i < found.size(); ++i) {
       std::string row;
-      text.append(row, 0, r);
+      text.append(row, 0, found[i], looks[i]);
       writer.write(row);
     }
   }
@@ -92,12 +96,12 @@ struct Search {
                        .of_cells = a.of_cells};
     std::uint32_t rank = 0;
     const std::vector<RayHit> hits = nearest.alongRay(ray);
-    text.readAhead(hits);
+    const std::vector<SegmentLook> looks = text.readAhead(hits);
     for (const RayHit& hit : hits) {
-      const NearestResult r{rank++, hit.distance_um, hit.p_W,           hit.segment, hit.t, hit.tile,
-                            true,   hit.tiles_read,  hit.tiles_searched};
+      const NearestResult r{rank, hit.distance_um, hit.p_W,           hit.segment, hit.t, hit.tile,
+                            true, hit.tiles_read,  hit.tiles_searched};
       std::string row;
-      text.append(row, 0, r, hit.along_um);
+      text.append(row, 0, r, looks[rank++], hit.along_um);
       writer.write(row);
     }
   }
@@ -110,9 +114,12 @@ struct Search {
       throwIfInterrupted();
       found[i] = std::move(results);
     });
-    text.readAhead(found);
+    const std::vector<SegmentLook> looks = text.readAhead(found);
+    std::vector<std::size_t> begin(found.size());  // of a point's looks
+    for (std::size_t i = 1; i < found.size(); ++i) begin[i] = begin[i - 1] + found[i - 1].size();
     runItems(rows.size(), a.threads, [&](std::size_t i) {
-      for (const NearestResult& r : found[i]) text.append(rows[i], first + part.positions[i], r);
+      for (const NearestResult& r : found[i])
+        text.append(rows[i], first + part.positions[i], r, looks[begin[i] + r.rank]);
       found[i] = {};
     });
     return rows;
@@ -147,7 +154,7 @@ int runNearest(const NearestArguments& a, Ranks* ranks) {
   const Nearest nearest(*set, {.engine = a.engine,
                                .budget_bytes = parseBytes("--budget", a.budget),
                                .filter = a.filter->filter(*set, a.threads)});
-  NearestRowText text(*set, a.json);
+  NearestRowText text(*set, nearest, a.json);
   NearestRowWriter writer(std::cout, a.json, !a.ray.empty());
   const Search search{a, nearest, text, writer};
   if (ranks != nullptr) {
@@ -174,7 +181,8 @@ void addNearestThat(CLI::App& app, Chosen& chosen, const NearestRun& run) {
       "Examples:\n  filiform nearest column.fil 12.5 -300 40 --k 3\n  filiform nearest column.fil --points soma.txt "
       "--json\n  filiform nearest column.fil --box 0 700 0 20 720 20\n"
       "  filiform nearest column.fil --ray 0 700 -500 0 0 1 --k 5\n"
-      "  filiform nearest column.fil 12.5 -300 40 --cells --k 5 --type axon --not-cell CELL");
+      "  filiform nearest column.fil 12.5 -300 40 --cells --k 5 --type axon --not-cell CELL\n"
+      "  filiform nearest column.fil --points soma.txt --own no --radius 2 --type dendrite");
   command->add_option("SET", arguments->set, "tile set, or its address")->required();
   command->add_option("XYZ", arguments->coordinates, "point, um")->expected(3)->type_name("X Y Z");
   command->add_option("--points", arguments->points, "read points from this file, one 'x y z' a line; - for stdin")
@@ -191,7 +199,16 @@ void addNearestThat(CLI::App& app, Chosen& chosen, const NearestRun& run) {
   CLI::Option* cells =
       command->add_flag("--cells", arguments->of_cells, "find cells, each by its first segment; --k counts cells");
   arguments->filter = addFilterArguments(*command);
-  approximate->excludes(cells);
+  CLI::Option* own =
+      command
+          ->add_option(
+              "--own", arguments->own,
+              "no: find no segments of a point's own cell, the one with the segment nearest to the point of all "
+              "segments of the set; for points on neurites")
+          ->type_name("WORD")
+          ->capture_default_str()
+          ->check(CLI::IsMember({"yes", "no"}));
+  approximate->excludes(cells)->excludes(own);
   for (CLI::Option* const option : arguments->filter->options) approximate->excludes(option);
   command->add_option("--engine", arguments->engine, "search a tile with packed, or with cgal as a reference")
       ->capture_default_str();
@@ -210,7 +227,7 @@ void addNearestThat(CLI::App& app, Chosen& chosen, const NearestRun& run) {
       command->add_option("--ray", arguments->ray, "find segments near a ray: origin, direction; sorted along the ray")
           ->expected(6)
           ->type_name("X Y Z DX DY DZ");
-  for (CLI::Option* const of_points : {epsilon, approximate, radius}) of_points->excludes(box)->excludes(ray);
+  for (CLI::Option* const of_points : {epsilon, approximate, radius, own}) of_points->excludes(box)->excludes(ray);
   k->excludes(box);
   command->add_option("--tolerance", arguments->tolerance, "largest distance from the ray, um")
       ->capture_default_str()

@@ -1,4 +1,5 @@
 // SetHandle in Python: measures of cells.
+#include "index/measure/neurite_density.h"
 #include "index/set/tile_set.h"
 #include "tools/python/internal/arguments.h"
 #include "tools/python/internal/bindings.h"
@@ -7,6 +8,8 @@
 #include "tools/words/measure_npy.h"
 #include "tools/words/measure_table.h"
 
+#include <algorithm>
+#include <optional>
 #include <pybind11/stl.h>
 #include <string>
 #include <utility>
@@ -42,8 +45,30 @@ std::vector<std::pair<std::string, py::bytes>> measureArrays(SetHandle& handle, 
   return found;
 }
 
+// Lengths by box, um, and the lowest corner, um.
+py::tuple density(SetHandle& handle, double step_um, const std::optional<std::vector<std::uint32_t>>& cells,
+                  const std::string& types, py::handle workers_value) {
+  DensityOptions options{.step_um = step_um, .cells = cells, .threads = workersArgument(workers_value)};
+  if (!types.empty()) options.types = tools::parseNeuriteTypes(types, "type");
+  const auto open = handle.get();
+  SignalCheck check;
+  options.check = [&check] { check(); };
+  NeuriteDensity found;
+  {
+    const py::gil_scoped_release released;
+    found = densityOf(open->set(), options);
+  }
+  py::array_t<double> lengths(found.boxes);
+  std::copy(found.lengths_um.begin(), found.lengths_um.end(), lengths.mutable_data());
+  const Vector3d origin_um = found.corner_um(0, 0, 0);
+  return py::make_tuple(std::move(lengths), py::make_tuple(origin_um.x(), origin_um.y(), origin_um.z()));
+}
+
 }  // namespace
 
-void addMeasures(py::module_& module) { module.def("measures", &measureArrays); }
+void addMeasures(py::module_& module) {
+  module.def("measures", &measureArrays);
+  module.def("density", &density);
+}
 
 }  // namespace filiform::python

@@ -18,6 +18,8 @@ OpenSet::OpenSet(const std::string& name, const std::string& revision, const Rem
     : set_(TileSet::open(name, remote, revision)),
       kept_(*set_, budget_bytes / 4),
       nearest_(kept_, {.budget_bytes = budget_bytes}),
+      filtered_(kept_, budget_bytes / 4),
+      looks_(nearest_.tiles(), budget_bytes / 16),
       sample_ids_(*set_, budget_bytes / 4),
       serial_(nextSerial()) {}
 

@@ -1,4 +1,5 @@
 // SetHandle in Python: nearest segments, boxes, rays.
+#include "index/attributes/cell_attributes.h"
 #include "index/errors.h"
 #include "index/geometry/closest_point.h"
 #include "index/workers.h"
@@ -6,13 +7,18 @@
 #include "tools/python/internal/bindings.h"
 #include "tools/python/internal/calls.h"
 #include "tools/python/internal/set_handle.h"
+#include "tools/words/filter_words.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
 #include <numeric>
+#include <optional>
+#include <pybind11/stl.h>
 #include <span>
+#include <string>
+#include <tuple>
 #include <unistd.h>
 
 namespace filiform::python {
@@ -24,11 +30,15 @@ struct HitRow {
   std::uint32_t cell, segment;
   std::int64_t sample;
   bool exact;
+  std::int32_t type;
+  double radius, t;
 };
 struct RayRow {
   double along, distance, x, y, z;
   std::uint32_t cell, segment;
   std::int64_t sample;
+  std::int32_t type;
+  double radius, t;
 };
 
 namespace {
@@ -36,13 +46,24 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-HitRow rowOf(const OpenSet& open, const NearestResult& r) {
-  return {r.distance_um, r.p_W.x(), r.p_W.y(), r.p_W.z(), r.segment.cell, r.segment.segment, open.sampleOf(r.segment),
-          r.exact};
+std::int32_t codeOf(const SegmentLook& look) { return look.type ? std::int32_t{*look.type} : -1; }
+
+HitRow rowOf(const OpenSet& open, const NearestResult& r, const SegmentLook& look) {
+  return {r.distance_um,
+          r.p_W.x(),
+          r.p_W.y(),
+          r.p_W.z(),
+          r.segment.cell,
+          r.segment.segment,
+          open.sampleOf(r.segment),
+          r.exact,
+          codeOf(look),
+          look.radius_um,
+          r.t};
 }
 
 // Where scipy has an infinite distance and an index past the end.
-HitRow blankRow(bool exact) { return {kInfinity, kNaN, kNaN, kNaN, UINT32_MAX, UINT32_MAX, -1, exact}; }
+HitRow blankRow(bool exact) { return {kInfinity, kNaN, kNaN, kNaN, UINT32_MAX, UINT32_MAX, -1, exact, -1, kNaN, kNaN}; }
 
 // An array that would not fit the memory is refused before the system has to end the process.
 void requireMemory(double rows) {
@@ -53,11 +74,43 @@ void requireMemory(double rows) {
   throw py::error_already_set();
 }
 
+// Which segments a search takes: cells (None: all), cells left out, types with commas between, and conditions on
+// attributes, which all hold.
+using FilterWords = std::tuple<std::optional<std::vector<std::uint32_t>>, std::vector<std::uint32_t>, std::string,
+                               std::vector<std::string>>;
+
+std::shared_ptr<const Nearest> searchOf(const std::shared_ptr<const OpenSet>& open, const FilterWords& words) {
+  const auto& [cells, not_cells, types, where] = words;
+  tools::FilterParts parts{.not_cells = not_cells};
+  if (!types.empty()) parts.types = tools::parseSegmentTypes(types, ',', "type");
+  if (!where.empty()) try {
+      const tools::CellConditions conditions(where);
+      const py::gil_scoped_release released;
+      SignalCheck check;
+      parts.met = conditions.select(open->set(), open->set(), CellAttributes(open->set()), 1,
+                                    [&check](const auto&, std::size_t) { check(); });
+    } catch (const UsageError& error) {
+      throw py::value_error(std::string(error.what()).substr(std::string_view("--").size()));
+    }
+  if (cells && parts.met)
+    std::erase_if(*parts.met, [&](std::uint32_t c) { return !std::binary_search(cells->begin(), cells->end(), c); });
+  else if (cells)
+    parts.met = cells;
+  const SegmentFilter filter = tools::filterOf(open->set().cell_count(), std::move(parts));
+  if (filter.takesAll()) return {open, &open->nearest()};
+  return open->filtered().with(filter);
+}
+
 py::object nearest(SetHandle& handle, py::handle points_value, py::handle k_value, py::handle eps_value,
-                   py::handle bound_value, py::handle workers_value, bool approximate) {
+                   py::handle bound_value, py::handle workers_value, bool approximate, const FilterWords& filter,
+                   bool own, bool of_cells) {
   const PointsArgument points = pointsArgument("points", points_value);
   const RanksArgument ranks = ranksArgument(k_value);
-  NearestQuery query{.k = ranks.count, .epsilon = numberArgument("eps", eps_value), .approximate = approximate};
+  NearestQuery query{.k = ranks.count,
+                     .epsilon = numberArgument("eps", eps_value),
+                     .approximate = approximate,
+                     .of_cells = of_cells,
+                     .other_cells = !own};
   if (!(query.epsilon >= 0) || std::isinf(query.epsilon))
     throw py::value_error("eps: must be a finite number, 0 or more");
   const double bound = numberArgument("distance_upper_bound", bound_value);
@@ -77,20 +130,22 @@ py::object nearest(SetHandle& handle, py::handle points_value, py::handle k_valu
       std::min<std::uint64_t>(query.k, open->set().counts().segments + open->set().counts().isolated));
   py::array_t<HitRow> array(shape);
   HitRow* const rows = array.mutable_data();
+  const auto search = searchOf(open, filter);
   {
     const py::gil_scoped_release released;
     const HitRow blank = blankRow(query.epsilon == 0 && !approximate);
-    const auto write = [&](std::size_t i, const std::vector<NearestResult>& results) {
+    const auto write = [&](std::size_t i, const std::vector<NearestResult>& results, const SegmentLook* looks) {
       HitRow* const row = rows + i * columns;
       for (std::size_t column = 0; column < columns; ++column) {
         const std::size_t rank = ranks.ranks.empty() ? column : ranks.ranks[column];
-        row[column] = rank < results.size() ? rowOf(*open, results[rank]) : blank;
+        row[column] = rank < results.size() ? rowOf(*open, results[rank], looks[rank]) : blank;
       }
     };
     if (none) {
       std::fill_n(rows, points.points.size() * columns, blank);
     } else if (points.points.size() == 1) {
-      write(0, open->nearest().find(points.points[0], query));
+      const std::vector<NearestResult> found = search->find(points.points[0], query);
+      write(0, found, open->looks().of(found).data());
     } else {
       SignalCheck check;
       constexpr std::size_t kRows = std::size_t{1} << 18, kLeast = 4096;
@@ -98,12 +153,15 @@ py::object nearest(SetHandle& handle, py::handle points_value, py::handle k_valu
       for (std::size_t begin = 0; begin < points.points.size(); begin += at_once) {
         const auto some = std::span(points.points).subspan(begin, std::min(at_once, points.points.size() - begin));
         std::vector<std::vector<NearestResult>> found(some.size());
-        open->nearest().forEach(some, query, workers, [&](std::size_t i, std::vector<NearestResult>&& results) {
+        search->forEach(some, query, workers, [&](std::size_t i, std::vector<NearestResult>&& results) {
           found[i] = std::move(results);
           check();
         });
         open->readAhead(found);
-        runItems(some.size(), workers, [&](std::size_t i) { write(begin + i, found[i]); });
+        const std::vector<SegmentLook> looks = open->looks().of(found);
+        std::vector<const SegmentLook*> look(some.size(), looks.data());  // of a point's first result
+        for (std::size_t i = 1; i < some.size(); ++i) look[i] = look[i - 1] + found[i - 1].size();
+        runItems(some.size(), workers, [&](std::size_t i) { write(begin + i, found[i], look[i]); });
       }
     }
   }
@@ -152,7 +210,8 @@ py::tuple foundArrays(const OpenSet& open, const std::vector<NearestResult>& res
   {
     const py::gil_scoped_release released;
     open.readAhead(results);
-    for (std::size_t i = 0; i < results.size(); ++i) row[i] = rowOf(open, results[i]);
+    const std::vector<SegmentLook> looks = open.looks().of(results);
+    for (std::size_t i = 0; i < results.size(); ++i) row[i] = rowOf(open, results[i], looks[i]);
     if (want_ends) values = endsOfHits(open.set(), results);
   }
   if (want_ends) {
@@ -163,14 +222,14 @@ py::tuple foundArrays(const OpenSet& open, const std::vector<NearestResult>& res
   return py::make_tuple(std::move(rows), std::move(ends));
 }
 
-std::vector<NearestResult> inBox(const OpenSet& open, const std::pair<Vector3d, Vector3d>& box) {
+std::vector<NearestResult> inBox(const Nearest& search, const std::pair<Vector3d, Vector3d>& box) {
   const py::gil_scoped_release released;
-  return open.nearest().inBox(box.first, box.second);
+  return search.inBox(box.first, box.second);
 }
 
-std::vector<NearestResult> inSphere(const OpenSet& open, const Vector3d& centre, double radius) {
+std::vector<NearestResult> inSphere(const Nearest& search, const Vector3d& centre, double radius) {
   const py::gil_scoped_release released;
-  return open.nearest().find(centre, {.k = SIZE_MAX, .max_distance_um = radius});
+  return search.find(centre, {.k = SIZE_MAX, .max_distance_um = radius});
 }
 
 // By cell: its id and the number of its segments.
@@ -183,31 +242,46 @@ py::dict countsOf(const std::vector<NearestResult>& results) {
 }
 
 py::array ray(SetHandle& handle, py::handle origin, py::handle direction, py::handle radius, py::handle slope,
-              py::handle length, py::handle most) {
+              py::handle length, py::handle most, const FilterWords& filter, bool of_cells) {
   RayQuery query{.origin_W = pointArgument("origin", origin),
                  .direction = pointArgument("direction", direction),
                  .radius_um = radiusArgument(radius),
                  .slope = numberArgument("slope", slope),
-                 .length_um = numberArgument("length", length)};
+                 .length_um = numberArgument("length", length),
+                 .of_cells = of_cells};
   if (!(query.direction.norm() > 0)) throw py::value_error("direction: must not be of length 0");
   if (!(query.slope >= 0) || std::isinf(query.slope))
     throw py::value_error("slope: must be a finite number, 0 or more");
   if (!(query.length_um >= 0)) throw py::value_error("length: must be 0 um or more");
   if (!most.is_none()) query.most = static_cast<std::size_t>(countArgument("k", most, 1));
   const auto open = handle.get();
+  const auto search = searchOf(open, filter);
   std::vector<RayHit> hits;
+  std::vector<SegmentLook> looks;
   {
     const py::gil_scoped_release released;
-    hits = open->nearest().alongRay(query);
+    hits = search->alongRay(query);
     open->readAhead(hits);
+    looks = open->looks().of(hits);
   }
   py::array_t<RayRow> rows(static_cast<py::ssize_t>(hits.size()));
   RayRow* row = rows.mutable_data();
   {
     const py::gil_scoped_release released;
-    for (const RayHit& hit : hits)
-      *row++ = {hit.along_um, hit.distance_um,  hit.p_W.x(),         hit.p_W.y(),
-                hit.p_W.z(),  hit.segment.cell, hit.segment.segment, open->sampleOf(hit.segment)};
+    for (std::size_t i = 0; i < hits.size(); ++i) {
+      const RayHit& hit = hits[i];
+      *row++ = {hit.along_um,
+                hit.distance_um,
+                hit.p_W.x(),
+                hit.p_W.y(),
+                hit.p_W.z(),
+                hit.segment.cell,
+                hit.segment.segment,
+                open->sampleOf(hit.segment),
+                codeOf(looks[i]),
+                looks[i].radius_um,
+                hit.t};
+    }
   }
   return rows;
 }
@@ -215,33 +289,36 @@ py::array ray(SetHandle& handle, py::handle origin, py::handle direction, py::ha
 }  // namespace
 
 void addQueries(py::module_& module) {
-  PYBIND11_NUMPY_DTYPE(HitRow, distance, x, y, z, cell, segment, sample, exact);
-  PYBIND11_NUMPY_DTYPE(RayRow, along, distance, x, y, z, cell, segment, sample);
+  PYBIND11_NUMPY_DTYPE(HitRow, distance, x, y, z, cell, segment, sample, exact, type, radius, t);
+  PYBIND11_NUMPY_DTYPE(RayRow, along, distance, x, y, z, cell, segment, sample, type, radius, t);
   module.attr("HIT") = py::dtype::of<HitRow>();
   module.attr("RAY_HIT") = py::dtype::of<RayRow>();
   module.def("nearest", &nearest);
-  module.def("box_query", [](SetHandle& handle, py::handle corner, py::handle opposing, bool ends) {
+  module.def("box_query",
+             [](SetHandle& handle, py::handle corner, py::handle opposing, bool ends, const FilterWords& filter) {
+               const auto box = boxArgument(corner, opposing);
+               const auto open = handle.get();
+               return foundArrays(*open, inBox(*searchOf(open, filter), box), ends);
+             });
+  module.def("box_counts", [](SetHandle& handle, py::handle corner, py::handle opposing, const FilterWords& filter) {
     const auto box = boxArgument(corner, opposing);
     const auto open = handle.get();
-    return foundArrays(*open, inBox(*open, box), ends);
+    return countsOf(inBox(*searchOf(open, filter), box));
   });
-  module.def("box_counts", [](SetHandle& handle, py::handle corner, py::handle opposing) {
-    const auto box = boxArgument(corner, opposing);
-    const auto open = handle.get();
-    return countsOf(inBox(*open, box));
-  });
-  module.def("sphere_query", [](SetHandle& handle, py::handle center, py::handle radius_value, bool ends) {
-    const Vector3d centre = pointArgument("center", center);
-    const double radius = radiusArgument(radius_value);
-    const auto open = handle.get();
-    return foundArrays(*open, inSphere(*open, centre, radius), ends);
-  });
-  module.def("sphere_counts", [](SetHandle& handle, py::handle center, py::handle radius_value) {
-    const Vector3d centre = pointArgument("center", center);
-    const double radius = radiusArgument(radius_value);
-    const auto open = handle.get();
-    return countsOf(inSphere(*open, centre, radius));
-  });
+  module.def("sphere_query",
+             [](SetHandle& handle, py::handle center, py::handle radius_value, bool ends, const FilterWords& filter) {
+               const Vector3d centre = pointArgument("center", center);
+               const double radius = radiusArgument(radius_value);
+               const auto open = handle.get();
+               return foundArrays(*open, inSphere(*searchOf(open, filter), centre, radius), ends);
+             });
+  module.def("sphere_counts",
+             [](SetHandle& handle, py::handle center, py::handle radius_value, const FilterWords& filter) {
+               const Vector3d centre = pointArgument("center", center);
+               const double radius = radiusArgument(radius_value);
+               const auto open = handle.get();
+               return countsOf(inSphere(*searchOf(open, filter), centre, radius));
+             });
   module.def("ray", &ray);
 }
 

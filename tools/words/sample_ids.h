@@ -44,11 +44,11 @@ class SampleIds {
   // From a set at an address, reads the ids of cells, many at once, for calls of cell() that follow. A cell that cannot
   // be read is left to cell().
   void readAhead(std::vector<std::uint32_t> cells);
-  // The same for the cells of the first `most` results of a query.
+  // The same for the cells of the results of a query.
   template <typename Result>
-  void readAhead(const std::vector<Result>& results, std::size_t most = SIZE_MAX) {
+  void readAhead(const std::vector<Result>& results) {
     std::vector<std::uint32_t> cells;
-    for (std::size_t i = 0; i < results.size() && i < most; ++i) cells.push_back(results[i].segment.cell);
+    for (const Result& result : results) cells.push_back(result.segment.cell);
     readAhead(std::move(cells));
   }
   template <typename Result>

@@ -1,6 +1,9 @@
 #include "tools/words/segment_row.h"
 
+#include "index/measure/cell_measures.h"
 #include "tools/words/npy.h"
+
+#include <cmath>
 
 namespace filiform::tools {
 
@@ -12,6 +15,10 @@ nlohmann::ordered_json segmentRowJson(const SegmentRow& row, SegmentRowFields fi
       {"sample", row.sample}, {"exact", r.exact}};
   if (fields == SegmentRowFields::program) json["tiles_read"] = r.tiles_searched;
   if (row.along) json["along"] = *row.along;
+  json["type"] = row.look.type ? nlohmann::ordered_json(neuriteTypeName(*row.look.type)) : nlohmann::ordered_json();
+  json["radius"] =
+      std::isnan(row.look.radius_um) ? nlohmann::ordered_json() : nlohmann::ordered_json(row.look.radius_um);
+  json["t"] = r.t;
   return json;
 }
 
@@ -19,7 +26,7 @@ std::string segmentRecordType(bool along) {
   std::string type =
       "[('query', '<u4'), ('rank', '<u4'), ('distance', '<f8'), ('x', '<f8'), ('y', '<f8'), ('z', '<f8'), "
       "('cell', '<u4'), ('segment', '<u4'), ('sample', '<i8'), ('exact', '?')";
-  return type + (along ? ", ('along', '<f8')]" : "]");
+  return type + (along ? ", ('along', '<f8')" : "") + ", ('type', '<i4'), ('radius', '<f8'), ('t', '<f8')]";
 }
 
 void appendSegmentRecord(std::string& bytes, const SegmentRow& row) {
@@ -33,6 +40,9 @@ void appendSegmentRecord(std::string& bytes, const SegmentRow& row) {
   appendValue(bytes, row.sample);
   appendValue(bytes, static_cast<char>(r.exact ? 1 : 0));
   if (row.along) appendValue(bytes, *row.along);
+  appendValue(bytes, row.look.type ? std::int32_t{*row.look.type} : -1);
+  appendValue(bytes, row.look.radius_um);
+  appendValue(bytes, r.t);
 }
 
 }  // namespace filiform::tools

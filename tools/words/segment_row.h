@@ -1,6 +1,7 @@
 // SegmentRow: one segment that a query found, as JSON or as a record of an .npy array. Functions without state.
 #pragma once
 
+#include "index/measure/segment_looks.h"
 #include "index/query/nearest.h"
 
 #include <cstdint>
@@ -17,6 +18,7 @@ struct SegmentRow {
   const std::string* cell;           // name
   std::int64_t sample;               // id of the segment's child
   std::optional<double> along = {};  // along a ray
+  SegmentLook look = {};
 };
 
 // program: with tiles_read, the tiles that this query reads if none is in memory. service: without.
@@ -24,7 +26,7 @@ enum class SegmentRowFields { program, service };
 nlohmann::ordered_json segmentRowJson(const SegmentRow& row, SegmentRowFields fields);
 
 // The dtype of a record, as Python writes it: query, rank, distance, x, y, z, cell (its id), segment, sample, exact;
-// with `along` for a ray.
+// along for a ray; type (its code, -1 if not read), radius (NaN: unknown), t.
 std::string segmentRecordType(bool along);
 // Appends one record, little-endian, packed.
 void appendSegmentRecord(std::string& bytes, const SegmentRow& row);

@@ -20,7 +20,7 @@ def test_the_first_lines_run(readme, column, tmp_path, monkeypatch):
     names = {}
     exec(code, names)
     assert names["hits"].shape == (1, 3) and names["hits"]["exact"].all()
-    assert names["hits"].dtype.names == ("distance", "x", "y", "z", "cell", "segment", "sample", "exact")
+    assert names["hits"].dtype.names == ("distance", "x", "y", "z", "cell", "segment", "sample", "exact", "type", "radius", "t")
 
 
 def test_the_table_of_contents_names_what_exists():

@@ -36,6 +36,20 @@ def test_parts_of_a_cell(s):
     assert len(s.measure([], frame=False)["id"]) == 0
 
 
+def test_density_adds_up_to_the_length(s):
+    found = s.density(40)
+    assert found.density.ndim == 3 and found.step == 40 and (found.origin % 40 == 0).all()
+    lengths = s.measure(features="length", frame=False)["length_um"]
+    assert found.density.sum() * 40**3 == pytest.approx(lengths.sum(), rel=1e-9)
+    np.testing.assert_array_equal(s.density(40, workers=3).density, found.density)
+    one = s.density(40, cells=s.cells.at(2))
+    assert one.density.sum() * 40**3 == pytest.approx(lengths[2], rel=1e-9)
+    assert (s.density(40, type="axon").density <= found.density).all()
+    for wrong in (0, -1, float("nan"), 1e-5):
+        with pytest.raises(ValueError):
+            s.density(wrong)
+
+
 def test_mistakes_name_what_is_near(s):
     with pytest.raises(ValueError, match="did you mean 'length'"):
         s.measure(features="lenght")

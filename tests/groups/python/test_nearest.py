@@ -6,7 +6,7 @@ import pytest
 import filiform as ff
 from conftest import points_about
 
-FIELDS = ("distance", "x", "y", "z", "cell", "segment", "sample", "exact")
+FIELDS = ("distance", "x", "y", "z", "cell", "segment", "sample", "exact", "type", "radius", "t")
 
 
 def test_shapes_are_those_of_scipy(s, random):
@@ -20,7 +20,7 @@ def test_shapes_are_those_of_scipy(s, random):
 def test_dtype_has_the_fields_in_order(s):
     hits = s.nearest(np.zeros((3, 3)))
     assert hits.dtype.names == FIELDS
-    assert [hits.dtype[name].str for name in FIELDS] == ["<f8"] * 4 + ["<u4", "<u4", "<i8", "|b1"]
+    assert [hits.dtype[name].str for name in FIELDS] == ["<f8"] * 4 + ["<u4", "<u4", "<i8", "|b1", "<i4", "<f8", "<f8"]
     assert hits.flags.owndata and hits.flags.writeable and hits.flags.aligned
 
 
@@ -49,6 +49,59 @@ def test_sample_is_the_end_of_the_segment_in_the_file(s, random):
         ends = np.array([[child[a] for a in "xyz"], [parent[a] for a in "xyz"]])
         place = np.array([hit["x"], hit["y"], hit["z"]])
         assert np.isclose(np.linalg.norm(place - ends, axis=1).sum(), np.linalg.norm(ends[0] - ends[1]))
+
+
+def test_type_radius_and_place_are_those_of_the_samples(s, random):
+    def expect(hit):
+        nodes = s.cells[hit["cell"]].nodes
+        child = nodes[hit["segment"]]
+        parent = nodes[nodes["node_id"] == child["parent_id"]][0]
+        for field in ("x", "y", "z", "radius"):
+            assert hit[field] == pytest.approx(child[field] + hit["t"] * (float(parent[field]) - child[field]), abs=1e-5)
+        assert hit["type"] == child["label"]
+
+    for hit in s.nearest(points_about(s, random, 20), k=2).ravel():
+        expect(hit)
+    expect(s.nearest([1.0, 2.0, 3.0]))
+    center = s.bounds.mean(axis=0)
+    for hit in [*s.sphere_query(center, 60)[:10], *s.ray(center, [1, 1, 0], radius=40, k=10)]:
+        expect(hit)
+    hit = s.nearest([1.0, 2.0, 3.0], approximate=True)
+    assert hit["type"] == -1 and np.isnan(hit["radius"]) and 0 <= hit["t"] <= 1
+
+
+def test_filters_choose_segments(s, random):
+    points = points_about(s, random, 20)
+    everything = s.nearest(points, k=4000)
+    for options, wanted in (
+        ({"cell": s.cells.at(3)}, lambda h: h["cell"] == 3),
+        ({"cell": [s.cells.at(1), s.cells.at(5).name], "not_cell": s.cells.at(1)}, lambda h: h["cell"] == 5),
+        ({"type": "axon"}, lambda h: h["type"] == 2),
+        ({"type": ["basal", 4], "not_cell": [s.cells.at(i) for i in range(3)]}, lambda h: np.isin(h["type"], (3, 4)) & (h["cell"] > 2)),
+    ):
+        for row, hits in zip(everything, s.nearest(points, k=3, **options)):
+            row = row[np.isfinite(row["distance"]) & wanted(row)][:3]
+            np.testing.assert_array_equal(hits[: len(row)], row)
+    point = points[0]
+    np.testing.assert_array_equal(s.nearest(point, 2, cell=[])["cell"], [2**32 - 1] * 2)
+    own = s.nearest(point)["cell"]
+    others = s.nearest(point, k=4, own=False, of_cells=True)["cell"]
+    assert own not in others and len(set(others)) == 4
+    low, high = s.bounds
+    box = s.box_query(low, high, cell=s.cells.at(3), type="axon")
+    assert len(box) and (box["cell"] == 3).all() and (box["type"] == 2).all()
+    assert s.box_counts(low, high, cell=s.cells.at(3), type="axon") == len(box)
+    assert list(s.sphere_counts(point, 1e4, not_cell=s.cells.at(0), group_by="cell")) == list(range(1, 12))
+    assert set(s.sphere_query(point, 100, type="axon")["type"]) <= {2}
+    assert (s.ray(low, high - low, radius=100, type="axon", of_cells=True)["type"] == 2).all()
+    lengths = s.measure(features="length", frame=False)["length_um"]
+    long_ones = s.nearest(point, k=50, where=[f"measure:length>{np.median(lengths)}", "measure:tips>0"])
+    assert (lengths[long_ones["cell"]] > np.median(lengths)).all()
+    for wrong, name in (({"type": "axn"}, "axon"), ({"where": "depth=1"}, "where"), ({"own": False, "approximate": True}, "")):
+        with pytest.raises(ValueError, match=name):
+            s.nearest(point, **wrong)
+    with pytest.raises(KeyError):
+        s.nearest(point, cell="nobody")
 
 
 def test_ranks_choose_columns(s, random):

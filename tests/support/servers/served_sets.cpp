@@ -61,7 +61,7 @@ std::string contentOf(const tools::Answer& answer) {
 std::vector<NpyRow> npyRows(const std::string& bytes) {
   if (bytes.size() < 10) throw std::runtime_error("no .npy header");
   const std::size_t header = static_cast<unsigned char>(bytes[8]) + 256u * static_cast<unsigned char>(bytes[9]);
-  constexpr std::size_t kRecord = 57;
+  constexpr std::size_t kRecord = 77;
   const std::size_t start = 10 + header;
   if (start % 64 != 0 || (bytes.size() - start) % kRecord != 0) throw std::runtime_error("wrong .npy sizes");
   std::vector<NpyRow> rows;
@@ -74,6 +74,7 @@ std::vector<NpyRow> npyRows(const std::string& bytes) {
     };
     next(row.query), next(row.rank), next(row.distance), next(row.x), next(row.y), next(row.z);
     next(row.cell), next(row.segment), next(row.sample), next(row.exact);
+    next(row.type), next(row.radius), next(row.t);
     rows.push_back(row);
   }
   return rows;

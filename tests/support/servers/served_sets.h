@@ -45,6 +45,8 @@ struct NpyRow {
   double distance, x, y, z;
   std::int64_t sample;
   bool exact;
+  std::int32_t type;
+  double radius, t;
 };
 // Reads the rows of an answer of nearest or box. Throws std::runtime_error if it is malformed.
 std::vector<NpyRow> npyRows(const std::string& bytes);

@@ -50,7 +50,7 @@ TEST_F(NearestCommand, ABoxGivesTheSegmentsThatMeetIt) {
   EXPECT_EQ(rows[1].at("sample"), 4);
   const Outcome none = runFiliform({"nearest", set_, "--box", "12", "5", "5", "23", "6", "6"});
   EXPECT_EQ(none.exit_code, 0) << none.err;
-  EXPECT_EQ(none.out, "query\trank\tdistance\tx\ty\tz\tcell\tsegment\tsample\texact\ttiles_read\n");
+  EXPECT_EQ(none.out, "query\trank\tdistance\tx\ty\tz\tcell\tsegment\tsample\texact\ttiles_read\ttype\tradius\tt\n");
 }
 
 TEST_F(NearestCommand, ARayGivesTheSegmentsAlongIt) {
@@ -65,7 +65,29 @@ TEST_F(NearestCommand, ARayGivesTheSegmentsAlongIt) {
   }
   const Outcome table = runFiliform({"nearest", set_, "--ray", "15", "0", "-100", "0", "0", "1"});
   EXPECT_EQ(table.out.substr(0, table.out.find('\n')),
-            "query\trank\tdistance\tx\ty\tz\tcell\tsegment\tsample\texact\ttiles_read\talong");
+            "query\trank\tdistance\tx\ty\tz\tcell\tsegment\tsample\texact\ttiles_read\talong\ttype\tradius\tt");
+}
+
+TEST_F(NearestCommand, RowsHaveTypeRadiusAndPlace) {
+  test::writeBytes(folder_ / "thin.swc", "1 1 0 0 0 4 -1\n2 2 10 0 0 2 1\n3 900 20 0 0 NaN 2\n");
+  ASSERT_EQ(runFiliform({"ingest", folder_ / "thin.swc", "-o", folder_ / "thin.fil", "--capacity", "2"}).exit_code, 0);
+  const auto ends = [&](std::vector<std::string> words) {
+    words.insert(words.begin(), {"nearest", folder_ / "thin.fil"});
+    const std::string out = runFiliform(words).out, row = out.substr(out.find('\n') + 1);
+    std::size_t at = row.size();
+    for (int i = 0; i < 3; ++i) at = row.rfind('\t', at - 1);
+    return row.substr(at + 1);
+  };
+  EXPECT_EQ(ends({"7.5", "1", "0"}), "axon\t2.5\t0.25\n");  // t: 0 at the child, 1 at the parent
+  EXPECT_EQ(ends({"-5", "0", "0"}), "axon\t4\t1\n");
+  EXPECT_EQ(ends({"15", "0", "0"}), "900\t-\t0.5\n");
+  EXPECT_EQ(ends({"--ray", "7.5", "0", "-9", "0", "0", "1"}), "axon\t2.5\t0.25\n");
+  EXPECT_EQ(ends({"--approximate", "15", "0", "0"}).substr(0, 4), "-\t-\t");
+  const auto row =
+      nlohmann::json::parse(runFiliform({"nearest", folder_ / "thin.fil", "15", "0", "0", "--json"}).out)[0];
+  EXPECT_EQ(row.at("type"), "900");
+  EXPECT_TRUE(row.at("radius").is_null());
+  EXPECT_EQ(row.at("t"), 0.5);
 }
 
 TEST_F(NearestCommand, RowsDependNeitherOnOtherPointsNorOnThreads) {
@@ -163,6 +185,10 @@ TEST_F(FilteredNearestCommand, EachQueryTakesFilters) {
   EXPECT_EQ(found({"--ray", "20", "0", "-5", "0", "0", "1", "--k", "5", "--cells", "--not-cell", "cell1"}),
             "cell0:2 cell2:2 ");
   test::writeBytes(folder_ / "points.txt", "20 0 0\n20 0 20\n");
+  EXPECT_EQ(found({"--points", folder_ / "points.txt", "--own", "no"}), "cell1:2 cell1:2 ");
+  EXPECT_EQ(found({"--points", folder_ / "points.txt", "--own", "no", "--cells", "--type", "axon", "--k", "2"}),
+            "cell1:4 cell2:4 cell1:4 cell0:4 ");
+  EXPECT_EQ(found({"20", "0", "0", "--own", "no", "--where", "layer=1"}), "");
   EXPECT_EQ(found({"--points", folder_ / "points.txt", "--where", "layer<6", "--type", "dendrite"}),
             "cell0:2 cell1:2 ");
 }
@@ -173,6 +199,8 @@ TEST_F(FilteredNearestCommand, MistakesAreNamedWithNearNames) {
   EXPECT_NE(found({"0", "0", "0", "--type", "axn"}).find("did you mean 'axon'"), std::string::npos);
   EXPECT_NE(found({"0", "0", "0", "--where", "depth=1"}).find("layer"), std::string::npos);
   EXPECT_NE(found({"0", "0", "0", "--approximate", "--type", "axon"}).find("--type"), std::string::npos);
+  for (const char* other : {"--approximate", "--box", "--ray"})
+    EXPECT_NE(found({"--own", "no", other, "0", "0", "0", "1", "1", "1"}).find("--own"), std::string::npos) << other;
   const Outcome none = runFiliform({"nearest", set_, "0", "0", "0", "--where", "layer=7"});
   EXPECT_EQ(none.exit_code, 0);
   EXPECT_NE(none.err.find("no cell meets the conditions"), std::string::npos);

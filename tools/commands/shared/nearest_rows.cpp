@@ -1,10 +1,12 @@
 #include "tools/commands/shared/nearest_rows.h"
 
+#include "index/measure/cell_measures.h"
 #include "index/text.h"
 #include "tools/words/answer.h"
 #include "tools/words/numbers.h"
 #include "tools/words/segment_row.h"
 
+#include <cmath>
 #include <ostream>
 #include <utility>
 
@@ -12,19 +14,20 @@ namespace filiform::tools {
 
 namespace {
 
-constexpr std::uint64_t kSampleIdBytes = std::uint64_t{64} << 20;
+constexpr std::uint64_t kSampleIdBytes = std::uint64_t{64} << 20, kLookBytes = std::uint64_t{32} << 20;
 
 }  // namespace
 
-NearestRowText::NearestRowText(const TileSet& set, bool json)
-    : set_(set), json_(json), sample_ids_(set, kSampleIdBytes) {}
+NearestRowText::NearestRowText(const TileSet& set, const Nearest& nearest, bool json)
+    : set_(set), json_(json), sample_ids_(set, kSampleIdBytes), looks_(nearest.tiles(), kLookBytes) {}
 
-void NearestRowText::append(std::string& text, std::size_t query, const NearestResult& r, std::optional<double> along) {
+void NearestRowText::append(std::string& text, std::size_t query, const NearestResult& r, const SegmentLook& look,
+                            std::optional<double> along) {
   const std::string& cell = set_.cell(r.segment.cell).name;
   const std::int64_t sample = sample_ids_.cell(r.segment.cell)->of(r.segment.segment);
   if (json_) {
     if (!text.empty()) text += ",\n";
-    text += jsonText(segmentRowJson({query, &r, &cell, sample, along}, SegmentRowFields::program));
+    text += jsonText(segmentRowJson({query, &r, &cell, sample, along, look}, SegmentRowFields::program));
     return;
   }
   text += std::to_string(query) + '\t' + std::to_string(r.rank) + '\t' + formatNumber(r.distance_um);
@@ -32,7 +35,8 @@ void NearestRowText::append(std::string& text, std::size_t query, const NearestR
   text += '\t' + escaped(cell) + '\t' + std::to_string(r.segment.segment) + '\t' + std::to_string(sample) +
           (r.exact ? "\ttrue\t" : "\tfalse\t") + std::to_string(r.tiles_searched);
   if (along) text += '\t' + formatNumber(*along);
-  text += '\n';
+  text += '\t' + (look.type ? neuriteTypeName(*look.type) : "-") + '\t' +
+          (std::isnan(look.radius_um) ? "-" : formatNumber(look.radius_um)) + '\t' + formatNumber(r.t) + '\n';
 }
 
 void NearestRowWriter::write(std::string_view rows) {
@@ -52,7 +56,8 @@ void NearestRowWriter::begin() {
   if (json_)
     out_ << '[';
   else
-    out_ << "query\trank\tdistance\tx\ty\tz\tcell\tsegment\tsample\texact\ttiles_read" << (along_ ? "\talong\n" : "\n");
+    out_ << "query\trank\tdistance\tx\ty\tz\tcell\tsegment\tsample\texact\ttiles_read" << (along_ ? "\talong" : "")
+         << "\ttype\tradius\tt\n";
 }
 
 }  // namespace filiform::tools

@@ -1,6 +1,7 @@
 // The output of `filiform nearest`: rows as text, as TSV or as one JSON array.
 #pragma once
 
+#include "index/measure/segment_looks.h"
 #include "index/query/nearest.h"
 #include "index/set/tile_set.h"
 #include "tools/words/sample_ids.h"
@@ -16,21 +17,25 @@ namespace filiform::tools {
 // Makes the text of rows. Thread rule: internally synchronised.
 class NearestRowText {
  public:
-  // The set must outlive this object.
-  NearestRowText(const TileSet& set, bool json);
+  // The set and `nearest`, which searches it, must outlive this object.
+  NearestRowText(const TileSet& set, const Nearest& nearest, bool json);
 
-  // Reads what append() needs for these results; see SampleIds::readAhead().
+  // Reads what append() needs for these results: see SampleIds::readAhead(). Returns their looks, in this order. Throws
+  // as SegmentLooks::of().
   template <typename Results>
-  void readAhead(const Results& results) {
+  std::vector<SegmentLook> readAhead(const Results& results) {
     sample_ids_.readAhead(results);
+    return looks_.of(results);
   }
   // Appends a row for the point with this number; `along`: of a ray. Throws as SampleIds::cell() does.
-  void append(std::string& text, std::size_t query, const NearestResult& result, std::optional<double> along = {});
+  void append(std::string& text, std::size_t query, const NearestResult& result, const SegmentLook& look,
+              std::optional<double> along = {});
 
  private:
   const TileSet& set_;
   const bool json_;
   SampleIds sample_ids_;
+  SegmentLooks looks_;
 };
 
 // Writes texts of rows, with what stands before, between and after them. Thread rule: thread-compatible.

@@ -48,11 +48,14 @@ constexpr const char* kSchemas = R"json({
   "properties": {"name": {"type": "string"}, "reason": {"type": "string"}}},
 "Rows": {"type": "object", "required": ["truncated", "rows"],
   "properties": {"truncated": {"type": "boolean"}, "rows": {"type": "array", "items": {"type": "object",
-    "required": ["query", "rank", "distance", "x", "y", "z", "cell", "segment", "sample", "exact"],
+    "required": ["query", "rank", "distance", "x", "y", "z", "cell", "segment", "sample", "exact", "type", "radius",
+      "t"],
     "properties": {"query": {"$ref": "#/components/schemas/Count"}, "rank": {"$ref": "#/components/schemas/Count"},
       "distance": {"type": "number", "minimum": 0}, "x": {"type": "number"}, "y": {"type": "number"},
       "z": {"type": "number"}, "cell": {"type": "string"}, "segment": {"$ref": "#/components/schemas/Count"},
-      "sample": {"type": "integer"}, "exact": {"type": "boolean"}, "along": {"type": "number"}}}}}},
+      "sample": {"type": "integer"}, "exact": {"type": "boolean"}, "along": {"type": "number"},
+      "type": {"type": ["string", "null"]}, "radius": {"type": ["number", "null"]},
+      "t": {"type": "number", "minimum": 0, "maximum": 1}}}}}},
 "Place": {"type": "object", "required": ["sample", "t", "x", "y", "z"],
   "properties": {"sample": {"type": "integer"}, "t": {"type": "number", "minimum": 0, "maximum": 1},
     "x": {"type": "number"}, "y": {"type": "number"}, "z": {"type": "number"}}},
@@ -121,6 +124,12 @@ constexpr const char* kSchemas = R"json({
 "CatmaidToken": {"type": "object", "required": ["token"], "properties": {"token": {"const": "anonymous"}}},
 "CatmaidVersion": {"type": "object", "required": ["SERVER_VERSION"],
   "properties": {"SERVER_VERSION": {"type": "string"}}},
+"Density": {"type": "object", "required": ["step", "origin", "shape", "boxes"],
+  "properties": {"step": {"type": "number", "exclusiveMinimum": 0}, "origin": {"$ref": "#/components/schemas/Point"},
+    "shape": {"type": "array", "items": {"$ref": "#/components/schemas/Count"}, "minItems": 3, "maxItems": 3},
+    "boxes": {"type": "array", "items": {"type": "object", "required": ["x", "y", "z", "length", "density"],
+      "properties": {"x": {"type": "number"}, "y": {"type": "number"}, "z": {"type": "number"},
+        "length": {"type": "number", "minimum": 0}, "density": {"type": "number", "minimum": 0}}}}}},
 "CatmaidStacks": {"type": "array", "minItems": 1, "maxItems": 1, "items": {"type": "object", "required": ["id"],
   "properties": {"id": {"const": 1}}}},
 "CatmaidVector": {"type": "object", "required": ["x", "y", "z"],
@@ -155,7 +164,7 @@ constexpr const char* kSchemas = R"json({
     "y": {"type": "number"}, "z": {"type": "number"}}}
 })json";
 
-constexpr std::array<std::pair<std::string_view, std::string_view>, 21> kSchemaOfRoute{{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 22> kSchemaOfRoute{{
     {"/v1/sets", "Sets"},
     {"/v1/sets/{set}", "Set"},
     {"/v1/sets/{set}/nearest", "Rows"},
@@ -166,6 +175,7 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 21> kSchemaO
     {"/v1/sets/{set}/cells/{cell}", "Cell"},
     {"/v1/sets/{set}/measures", "Measures"},
     {"/v1/sets/{set}/contacts", "Contacts"},
+    {"/v1/sets/{set}/density", "Density"},
     {"/v1/capability", "Capability"},
     {"/precomputed/{set}/info", "SkeletonInfo"},
     {"/precomputed/{set}/segment_properties/info", "SegmentProperties"},

@@ -1,5 +1,4 @@
 // The answers of the routes cells, cells/NAME and path.
-#include "index/attributes/cell_filter.h"
 #include "index/cell/glob.h"
 #include "index/query/cell_graph.h"
 #include "index/query/cell_paths.h"
@@ -9,6 +8,7 @@
 #include "tools/serve/sets/limits.h"
 #include "tools/words/cell_json.h"
 #include "tools/words/cell_name.h"
+#include "tools/words/filter_words.h"
 #include "tools/words/found_path.h"
 #include "tools/words/npy.h"
 
@@ -89,7 +89,17 @@ std::vector<std::uint32_t> cellsMeeting(const ServedSet& served, const std::stri
   for (std::string condition; std::getline(text, condition, ';');) each.push_back(condition);
   if (each.empty()) each.emplace_back();
   try {
-    return CellFilter(each).select(served.set(), served.attributes());
+    return CellConditions(each).select(
+        served.set(), served.store(), served.attributes(), 1,
+        [&](const std::vector<std::uint32_t>& cells, std::size_t done) {
+          TimedStore::check();
+          std::uint64_t samples = 0;
+          for (std::size_t i = 0; done == 0 && i < cells.size(); ++i) samples += served.set().cell(cells[i]).samples;
+          if (samples > limits::kCellSamples)
+            throw Refusal(413, "where: the cells to measure have more than " + std::to_string(limits::kCellSamples) +
+                                   " samples; add conditions on attributes, or use filiform cells --where on the set's "
+                                   "files");
+        });
   } catch (const UsageError& error) {
     throw Refusal(400, std::string(error.what()).substr(std::string_view("--").size()));
   }

@@ -87,11 +87,14 @@ std::shared_ptr<const Nearest> searchOf(const Call& call) {
   return served.filtered().with(filter);
 }
 
-bool wantsCells(const Request& request) {
-  const auto text = request.parameter("cells");
-  if (text && *text != "true" && *text != "false") throw Refusal(400, "cells must be true or false");
-  return text == "true";
+// True if the parameter is the first of two words; the second stands for its absence.
+bool isFirst(const Request& request, const std::string& name, std::string_view first, std::string_view second) {
+  const auto text = request.parameter(name);
+  if (text && *text != first && *text != second)
+    throw Refusal(400, name + " must be " + std::string(first) + " or " + std::string(second));
+  return text && *text == first;
 }
+bool wantsCells(const Request& request) { return isFirst(request, "cells", "true", "false"); }
 
 // Limits the rows of an answer; `limit` is the request's, if it gives one.
 std::size_t rowLimit(const Request& request) { return request.whole("limit", 1, limits::kRows).value_or(10'000); }
@@ -107,6 +110,7 @@ Answer nearestAnswer(const Call& call) {
   SegmentRows rows(*call.served, wantsNpy(call.request), false);
   NearestQuery query = asked.query;
   query.of_cells = wantsCells(call.request);
+  query.other_cells = isFirst(call.request, "own", "no", "yes");
   const std::shared_ptr<const Nearest> search = searchOf(call);
   if (asked.limited) ++query.k;  // one more shows that there are more
   // With large k, few points at once, so that their results need little memory.
@@ -117,9 +121,12 @@ Answer nearestAnswer(const Call& call) {
     std::size_t i = begin;
     const std::vector<std::vector<NearestResult>> found = search->findAll(some, query);
     call.served->sampleIds().readAhead(found);
+    const std::vector<SegmentLook> looks = call.served->looks().of(found);
+    const SegmentLook* look = looks.data();
     for (const std::vector<NearestResult>& results : found) {
       const std::size_t sent = std::min(results.size(), asked.query.k);
-      for (std::size_t r = 0; r < sent; ++r) rows.add(i, results[r]);
+      for (std::size_t r = 0; r < sent; ++r) rows.add(i, results[r], look[r]);
+      look += results.size();
       if (sent < results.size()) rows.truncate();
       ++i;
     }
@@ -136,13 +143,14 @@ Answer boxAnswer(const Call& call) {
     throw Refusal(413, "the tiles that the box meets hold more than " + std::to_string(limits::kBoxSegments) +
                            " segments; ask for smaller boxes");
   SegmentRows rows(*call.served, wantsNpy(call.request), false);
-  const std::vector<NearestResult> found = searchOf(call)->inBox(lo_W, hi_W, wantsCells(call.request));
-  call.served->sampleIds().readAhead(found, most);
-  for (std::size_t i = 0; i < std::min(found.size(), most); ++i) {
+  std::vector<NearestResult> found = searchOf(call)->inBox(lo_W, hi_W, wantsCells(call.request));
+  if (found.size() > most) rows.truncate(), found.erase(found.begin() + static_cast<std::ptrdiff_t>(most), found.end());
+  call.served->sampleIds().readAhead(found);
+  const std::vector<SegmentLook> looks = call.served->looks().of(found);
+  for (std::size_t i = 0; i < found.size(); ++i) {
     if (i % kAtOnce == 0) TimedStore::check();
-    rows.add(0, found[i]);
+    rows.add(0, found[i], looks[i]);
   }
-  if (found.size() > most) rows.truncate();
   return rows.take();
 }
 
@@ -158,9 +166,11 @@ Answer rayAnswer(const Call& call) {
                .most = most + 1,  // one more shows that there are more
                .of_cells = wantsCells(call.request)};
   SegmentRows rows(*call.served, wantsNpy(call.request), true);
-  const std::vector<RayHit> hits = searchOf(call)->alongRay(ray);
-  call.served->sampleIds().readAhead(hits, most);
-  for (std::size_t i = 0; i < std::min(hits.size(), most); ++i) {
+  std::vector<RayHit> hits = searchOf(call)->alongRay(ray);
+  if (hits.size() > most) rows.truncate(), hits.pop_back();
+  call.served->sampleIds().readAhead(hits);
+  const std::vector<SegmentLook> looks = call.served->looks().of(hits);
+  for (std::size_t i = 0; i < hits.size(); ++i) {
     const RayHit& hit = hits[i];
     const NearestResult result{static_cast<std::uint32_t>(i),
                                hit.distance_um,
@@ -171,9 +181,8 @@ Answer rayAnswer(const Call& call) {
                                true,
                                hit.tiles_read,
                                hit.tiles_searched};
-    rows.add(0, result, hit.along_um);
+    rows.add(0, result, looks[i], hit.along_um);
   }
-  if (hits.size() > most) rows.truncate();
   return rows.take();
 }
 

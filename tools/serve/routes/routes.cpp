@@ -17,6 +17,9 @@ constexpr const char* kPlainText = "text/plain";
 
 const RouteParameter kK{"k", "integer", "find this many segments a point, at most 10000; default: 1"};
 const RouteParameter kEpsilon{"epsilon", "number", "allow distances up to (1 + epsilon) times the nearest; default: 0"};
+const RouteParameter kOwn{
+    "own", "string",
+    "no: find no segments of a point's own cell, the one with the segment nearest to the point of all; default: yes"};
 const RouteParameter kRadius{"radius", "number", "find only segments within this distance, um; without k up to 10000"};
 
 // Parameters, and those of filters, which nearest, box and ray share.
@@ -38,7 +41,7 @@ const RouteParameter kName{
     "only cells whose whole name matches; * stands for any text, ? for any byte; letter case does not count"};
 const RouteParameter kWhere{
     "where", "string",
-    "only cells that meet all conditions on attributes, such as layer>=4;mtype=L5_*, as cells --where does"};
+    "only cells that meet all conditions, such as layer>=4;mtype=L5_*;measure:tips>20, as cells --where does"};
 const RouteParameter kCursor{"cursor", "string", "continue a list: the cursor of its last answer"};
 
 const RouteParameter kVersion{"v", "string", "the version that the page states; the browser then keeps the file"};
@@ -125,9 +128,9 @@ const std::vector<Route>& routeTable() {
        false,
        fileAnswer},
       {"GET", "/v1/sets/{set}/nearest", "The segments nearest to a point", kJsonType,
-       withFilters({{"at", "string", "X,Y,Z, um"}, kK, kEpsilon, kRadius}), false, nearestAnswer},
+       withFilters({{"at", "string", "X,Y,Z, um"}, kK, kEpsilon, kRadius, kOwn}), false, nearestAnswer},
       {"POST", "/v1/sets/{set}/nearest", "The segments nearest to each of many points", kJsonType,
-       withFilters({kK, kEpsilon, kRadius}), false, nearestAnswer},
+       withFilters({kK, kEpsilon, kRadius, kOwn}), false, nearestAnswer},
       {"GET", "/v1/sets/{set}/box", "The segments that meet a box, nearest to its middle first", kJsonType,
        withFilters({{"lo", "string", "X,Y,Z, um: the lower corner"},
                     {"hi", "string", "X,Y,Z, um: the upper corner"},
@@ -190,6 +193,15 @@ const std::vector<Route>& routeTable() {
         kWhere},
        false,
        contactsAnswer},
+      {"GET",
+       "/v1/sets/{set}/density",
+       "The length of neurites in each box of a grid, um, and um per um3",
+       kJsonType,
+       {{"step", "number", "edge of the boxes, um; needed"},
+        {"type", "string", "count only segments of these types: axon, basal, apical, or codes of SWC"},
+        kWhere},
+       false,
+       densityAnswer},
       {"GET", "/v1/session", "A WebSocket for a session, filiform.v1", kJsonType, {}, false, sessionAnswer},
       {"GET",
        "/v1/sets/{set}/desks/{desk}",

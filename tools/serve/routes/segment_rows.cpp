@@ -9,7 +9,8 @@ namespace filiform::tools {
 
 SegmentRows::SegmentRows(const ServedSet& served, bool npy, bool along) : served_(served), npy_(npy), along_(along) {}
 
-void SegmentRows::add(std::size_t query, const NearestResult& result, std::optional<double> along) {
+void SegmentRows::add(std::size_t query, const NearestResult& result, const SegmentLook& look,
+                      std::optional<double> along) {
   constexpr std::size_t kRowBytes = 4096;  // room for one more row and the end; names of files are shorter
   if (rows_ == limits::kRows || body_.size() + kRowBytes > limits::kAnswerBytes) {
     truncated_ = true;
@@ -19,8 +20,8 @@ void SegmentRows::add(std::size_t query, const NearestResult& result, std::optio
     cell_ = result.segment.cell;
     ids_ = served_.sampleIds().cell(cell_);
   }
-  const SegmentRow row{query, &result, npy_ ? nullptr : &served_.set().cell(cell_).name,
-                       ids_->of(result.segment.segment), along};
+  const SegmentRow row{
+      query, &result, npy_ ? nullptr : &served_.set().cell(cell_).name, ids_->of(result.segment.segment), along, look};
   if (npy_)
     appendSegmentRecord(body_, row);
   else

@@ -18,7 +18,7 @@ class SegmentRows {
 
   // Adds a row. Without effect, except that the answer becomes truncated, if limits::kAnswerBytes are reached. Throws
   // CorruptSet, IoError, AnswerTimeout.
-  void add(std::size_t query, const NearestResult& result, std::optional<double> along = {});
+  void add(std::size_t query, const NearestResult& result, const SegmentLook& look, std::optional<double> along = {});
   // Results were left out.
   void truncate() { truncated_ = true; }
   // The answer, once: {"truncated": ..., "rows": [...]}, or the array and the header Filiform-Truncated.

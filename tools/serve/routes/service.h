@@ -46,7 +46,8 @@ void refuseLargeCell(const CellRecord& cell);
 // whole name is needed. Throws Refusal (404).
 std::uint32_t cellLike(const ServedSet& served, const std::string& name, const std::string& parameter);
 
-// The cells that meet `conditions`, which `;` parts. Throws Refusal (400; 413 for a set with many cells).
+// The cells that meet `conditions`, which `;` parts. Throws Refusal (400; 413 for a set with many cells, and if many
+// samples would be measured), AnswerTimeout.
 std::vector<std::uint32_t> cellsMeeting(const ServedSet& served, const std::string& conditions);
 
 // Calls use() for each cell that the parameters `name` and `where` choose, from `cursor` on, until use() returns false,
@@ -77,6 +78,7 @@ Answer cellsAnswer(const Call& call);
 Answer cellAnswer(const Call& call);
 Answer measuresAnswer(const Call& call);
 Answer contactsAnswer(const Call& call);
+Answer densityAnswer(const Call& call);
 Answer sessionAnswer(const Call& call);
 Answer deskAnswer(const Call& call);
 Answer pictureAnswer(const Call& call);

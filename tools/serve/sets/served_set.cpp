@@ -12,11 +12,12 @@ ServedSet::ServedSet(std::string name, const std::string& path, std::uint64_t bu
       levels_(Levels::open(*set_)),
       attributes_(*set_),
       store_(*set_),
-      kept_(store_, budget_bytes / 4),
+      kept_(store_, budget_bytes / 16 * 3),
       nearest_(kept_, {.budget_bytes = budget_bytes / 8 * 3}),
       filtered_(kept_, budget_bytes / 8),
       finder_(store_),
-      sample_ids_(store_, budget_bytes / 4) {}
+      sample_ids_(store_, budget_bytes / 4),
+      looks_(nearest_.tiles(), budget_bytes / 16) {}
 
 const CellNumbers& ServedSet::cellNumbers() const {
   const std::lock_guard lock(late_mutex_);

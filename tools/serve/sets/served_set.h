@@ -5,6 +5,7 @@
 #include "index/attributes/cell_attributes.h"
 #include "index/export/cell_numbers.h"
 #include "index/levels/levels.h"
+#include "index/measure/segment_looks.h"
 #include "index/query/filtered_searches.h"
 #include "index/query/kept_tiles.h"
 #include "index/query/nearest.h"
@@ -25,7 +26,8 @@ namespace filiform::tools {
 class ServedSet {
  public:
   // Opens the set's current revision. Of the budget, three eighths are for the tiles of searches, an eighth for those
-  // of searches with filters, a quarter for those of cells, and a quarter for sample ids. Throws as TileSet::open() and
+  // of searches with filters, three sixteenths for those of cells, a sixteenth for those that tell types and radii, and
+  // a quarter for sample ids. Throws as TileSet::open() and
   // Levels::open() do.
   ServedSet(std::string name, const std::string& path, std::uint64_t budget_bytes, const RemoteOptions& remote = {});
 
@@ -40,6 +42,7 @@ class ServedSet {
   FilteredSearches& filtered() const { return filtered_; }
   const TileFinder& finder() const { return finder_; }
   SampleIds& sampleIds() const { return sample_ids_; }
+  SegmentLooks& looks() const { return looks_; }
   // Made at the first call. Throws as CellNumbers() does, and AnswerTimeout.
   const CellNumbers& cellNumbers() const;
   const CatmaidSpace& catmaidSpace() const;  // likewise, as CatmaidSpace()
@@ -58,6 +61,7 @@ class ServedSet {
   mutable FilteredSearches filtered_;
   const TileFinder finder_;
   mutable SampleIds sample_ids_;
+  mutable SegmentLooks looks_;
   mutable std::mutex late_mutex_;  // of what follows
   mutable std::optional<CellNumbers> numbers_;
   mutable std::optional<CatmaidSpace> catmaid_;

@@ -1,5 +1,6 @@
 // Cells and paths over the routes.
 #include "index/contacts/contacts.h"
+#include "index/measure/neurite_density.h"
 #include "index/query/cell_graph.h"
 #include "tests/support/servers/served_sets.h"
 #include "tools/words/contact_rows.h"
@@ -8,6 +9,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
+#include <numeric>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -41,7 +43,12 @@ TEST(CellAnswer, ConditionsOnAttributesChooseTheCells) {
   ASSERT_EQ(found.at("cells").size(), 3u);
   EXPECT_EQ(found["cells"][0].at("attributes").at("layer"), 5);
   EXPECT_EQ(sets.json("/v1/sets/column/cells?where=layer%3C=4&cursor=3").at("cells").size(), 2u);
-  for (const char* const wrong : {"where=depth=3", "where=", "where=layer", "where=layer%3E=x", "where=;"}) {
+  // measure: of cells; several conditions with one on attributes.
+  const Json measured = sets.json("/v1/sets/column/cells?where=measure:length%3E0;layer%3E=4;attribute:mtype=*odd");
+  EXPECT_EQ(measured.at("cells"), found.at("cells"));
+  EXPECT_TRUE(sets.json("/v1/sets/column/cells?where=measure:length%3C0").at("cells").empty());
+  for (const char* const wrong :
+       {"where=measure:lenght%3E0", "where=depth=3", "where=", "where=layer", "where=layer%3E=x", "where=;"}) {
     const Answer answer = sets.get(std::string("/v1/sets/column/cells?") + wrong);
     EXPECT_EQ(answer.status, 400u) << wrong;
     EXPECT_NE(answer.body.find("where"), std::string::npos) << answer.body;
@@ -108,6 +115,22 @@ TEST(CellAnswer, ContactsAreThoseOfTheCell) {
   }
   EXPECT_EQ(sets.get("/v1/sets/column/contacts").status, 400u);
   EXPECT_EQ(sets.get("/v1/sets/column/contacts?cell=nobody").status, 404u);
+}
+
+TEST(CellAnswer, DensityIsThatOfTheLibrary) {
+  const test::ServedSets sets;
+  const auto served = sets.shelf->find("column");
+  const NeuriteDensity expected = densityOf(served->set(), {.step_um = 50});
+  const Json answer = sets.json("/v1/sets/column/density?step=50");
+  EXPECT_EQ(answer.at("shape"), Json(expected.boxes));
+  EXPECT_EQ(answer.at("origin").at(2), expected.corner_um(0, 0, 0).z());
+  double sum_um = 0;
+  for (const Json& box : answer.at("boxes")) sum_um += box.at("length").get<double>();
+  EXPECT_DOUBLE_EQ(sum_um, std::accumulate(expected.lengths_um.begin(), expected.lengths_um.end(), 0.0));
+  EXPECT_LT(sets.json("/v1/sets/column/density?step=50&where=layer%3E=4").at("boxes").size(),
+            answer.at("boxes").size());
+  for (const char* const wrong : {"", "step=0", "step=x", "step=50&type=axn", "step=1e-3"})
+    EXPECT_EQ(sets.get(std::string("/v1/sets/column/density?") + wrong).status, 400u) << wrong;
 }
 
 TEST(CellAnswer, ACellIsTheCellOfTheSet) {

@@ -1,4 +1,5 @@
 // nearest, box and ray over the routes give what the library gives, in JSON and in .npy.
+#include "index/measure/cell_measures.h"
 #include "tests/support/servers/served_sets.h"
 #include "tools/serve/sets/limits.h"
 
@@ -34,6 +35,10 @@ class NearestAnswer : public ::testing::Test {
     EXPECT_EQ(row.segment, r.segment.segment);
     EXPECT_EQ(row.sample, column().set().loadCellDetail(r.segment.cell).sample_ids[r.segment.segment]);
     EXPECT_EQ(row.exact, r.exact);
+    const SegmentLook look = column().looks().of(std::vector{r})[0];
+    EXPECT_EQ(row.type, *look.type);
+    EXPECT_EQ(row.radius, look.radius_um);
+    EXPECT_EQ(row.t, r.t);
   }
   test::ServedSets sets_;
   mutable std::shared_ptr<const ServedSet> column_;
@@ -74,6 +79,9 @@ TEST_F(NearestAnswer, JsonHoldsTheSameNumbers) {
     EXPECT_EQ(row.at("segment"), rows[i].segment);
     EXPECT_EQ(row.at("sample"), rows[i].sample);
     EXPECT_EQ(row.at("query"), rows[i].query);
+    EXPECT_EQ(neuriteType(row.at("type").get<std::string>()), rows[i].type);
+    EXPECT_EQ(row.at("radius"), rows[i].radius);
+    EXPECT_EQ(row.at("t"), rows[i].t);
   }
   const Json one = sets_.json("/v1/sets/fork/nearest?at=10,-15,1");
   ASSERT_EQ(one.at("rows").size(), 1u);
@@ -169,9 +177,14 @@ TEST_F(NearestAnswer, ParametersFilterTheSegments) {
   for (const Json& row : others) cells.insert(row.at("cell"));
   EXPECT_EQ(cells.size(), 5u);
   EXPECT_FALSE(cells.contains(name));
+  const std::vector<NearestResult> of_others =
+      column().nearest().find(Vector3d(10, 20, 30), {.k = 5, .other_cells = true});
+  const Json other = Json::parse(sets_.get(at + "&own=no").body).at("rows");
+  ASSERT_EQ(other.size(), of_others.size());
+  for (std::size_t r = 0; r < other.size(); ++r) EXPECT_EQ(other[r].at("segment"), of_others[r].segment.segment);
   EXPECT_EQ(Json::parse(sets_.get(at + "&type=77").body).at("rows").size(), 0u);
   EXPECT_EQ(sets_.get(at + "&cell=unknown").status, 404u);
-  for (const char* wrong : {"&type=axn", "&cells=yes", "&where=depth%3D1"})
+  for (const char* wrong : {"&type=axn", "&cells=yes", "&own=false", "&where=depth%3D1"})
     EXPECT_EQ(sets_.get(at + wrong).status, 400u) << wrong;
 }
 

@@ -17,7 +17,7 @@ from .cells import CellList, Cells
 from .making import IngestReport, ingest
 from .navigation import Navigation
 from .pictures import render
-from .set import LevelSegments, Set, open
+from .set import Density, LevelSegments, Set, open
 
 __all__ = [
     "Cell",
@@ -25,6 +25,7 @@ __all__ = [
     "CellPath",
     "Cells",
     "CorruptSet",
+    "Density",
     "IngestReport",
     "LevelSegments",
     "Navigation",

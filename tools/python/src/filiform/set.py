@@ -32,6 +32,14 @@ class LevelSegments(NamedTuple):
     limited: bool  #: True: coarser than one pixel, because of the limit on segments
 
 
+class Density(NamedTuple):
+    """The length of neurite in each box of a grid, of `Set.density`."""
+
+    density: Array  #: (boxes along x, y, z): um of neurite per um3
+    origin: Array  #: (3,), um: the lowest corner of the first box
+    step: float  #: um: the edge of the boxes
+
+
 def open(
     path: Union[str, "os.PathLike[str]"],
     *,
@@ -187,6 +195,20 @@ class Set:
     def _index_of(self, cell: Any) -> int:
         return self.cells.index(cell)
 
+    def _indices(self, cells: Any) -> list[int]:
+        """The indices of a cell or of a sequence of cells, each once."""
+        if isinstance(cells, str) or not isinstance(cells, Iterable):
+            return [self._index_of(cells)]
+        return list(dict.fromkeys(self._index_of(cell) for cell in cells))
+
+    def _filter(self, cell: Any, not_cell: Any, type: Any, where: Any) -> tuple[Any, ...]:
+        return (
+            None if cell is None else sorted(self._indices(cell)),
+            [] if not_cell is None else self._indices(not_cell),
+            _listed(type),
+            [] if where is None else [where] if isinstance(where, str) else list(where),
+        )
+
     def _scene(self) -> tuple[Owner, int | None, Array | None]:
         return self, None, None
 
@@ -337,11 +359,32 @@ class Set:
 
     def _chosen(self, cells: Any) -> list[int]:
         """Indices of cells, each once; None: all."""
-        if cells is None:
-            return [index for index, _ in self._handle.cells_named(b"")]
-        if isinstance(cells, str) or not isinstance(cells, Iterable):
-            return [self._index_of(cells)]
-        return list(dict.fromkeys(self._index_of(cell) for cell in cells))
+        return [index for index, _ in self._handle.cells_named(b"")] if cells is None else self._indices(cells)
+
+    def density(
+        self,
+        step: float,
+        *,
+        cells: Any = None,
+        type: Union[str, Sequence[str], None] = None,
+        workers: int = -1,
+    ) -> Density:
+        """The length of neurite in each box of a grid.
+
+        Parameters
+        ----------
+        step : um, the edge of the boxes. The planes of the grid lie at multiples of it, about the boxes of the cells.
+        cells : a name or Cell, or a sequence of them, such as ``s.where(layer=5)``. Default: all cells.
+        type : count only segments of these types: ``"axon"``, ``"basal"``, ``"apical"`` or codes of SWC.
+        workers : threads; -1 is one a processor. All numbers give the same values.
+
+        Returns a `Density`. ``density.sum() * step**3`` is the length of the neurites, as `measure` sums it. Raises
+        ValueError for a grid of more than 2**25 boxes, with their number.
+        """
+        step = float(step)
+        chosen = None if cells is None else self._indices(cells)
+        lengths, origin = _core.density(self._handle, step, chosen, _listed(type), workers)
+        return Density(lengths / step**3, np.array(origin), step)
 
     # -- questions
 
@@ -354,6 +397,12 @@ class Set:
         workers: int = 1,
         *,
         approximate: bool = False,
+        cell: Any = None,
+        not_cell: Any = None,
+        type: Union[str, Sequence[str], None] = None,
+        where: Union[str, Sequence[str], None] = None,
+        own: bool = True,
+        of_cells: bool = False,
     ) -> Any:
         """Find the nearest segments, exactly. Names and meanings are those of ``scipy.spatial.cKDTree.query``.
 
@@ -365,18 +414,29 @@ class Set:
         distance_upper_bound : um; only nearer segments are found.
         workers : threads for many points; -1 is one a processor.
         approximate : use the set's landmarks only, read no tile.
+        cell, not_cell : a name or Cell, or a sequence of them, such as ``s.where(layer=5)``; find segments of
+            these cells only, or of no such cell.
+        type : find only segments of these types: ``"axon"``, ``"basal"``, ``"apical"``, ``"dendrite"``, ``"soma"``,
+            ``"undefined"`` or codes of SWC.
+        where : conditions such as ``"layer>=5"`` or ``"measure:length>5000"``, as in ``filiform cells --where``; all must
+            hold.
+        own : False: find no segments of a point's own cell, the one with the segment nearest to the point of all
+            segments of the set, whatever the filters; of equally near ones, that of the lowest cell.
+        of_cells : find cells, each by its nearest segment; k counts cells.
 
         Returns
         -------
         A structured array of shape points.shape[:-1], with an axis of k at the end unless k is 1. For one point and
         k = 1: one row. Fields: ``distance x y z`` float64 um, the nearest place; ``cell`` uint32, for ``s.cells[i]``;
         ``segment`` uint32, the row of `Cell.ends`; ``sample`` int64, the id in the file of the segment's end away from the root; ``exact``
-        bool. Where fewer than k segments are found, distance is inf, x y z are nan, sample is -1, cell and segment are
-        2**32 - 1.
+        bool; ``type`` int32, the segment's code of SWC; ``radius`` float64 um at the nearest place, nan if unknown;
+        ``t`` float64, the place along the segment, from 0 at ``sample`` to 1 at its parent. Where fewer than k segments
+        are found, distance is inf, x y z radius t are nan, sample and type are -1, cell and segment are 2**32 - 1.
+        `approximate` reads neither type nor radius.
 
         Raises ValueError, TypeError, OSError, CorruptSet, and MemoryError for a result larger than the memory.
         """
-        return _core.nearest(self._handle, points, k, eps, distance_upper_bound, workers, approximate)
+        return _core.nearest(self._handle, points, k, eps, distance_upper_bound, workers, approximate, self._filter(cell, not_cell, type, where), own, of_cells)
 
     def snap(self, points: npt.ArrayLike, workers: int = 1) -> tuple[Array, Any]:
         """Move points onto the nearest neurite.
@@ -394,37 +454,65 @@ class Set:
         opposing_corner: npt.ArrayLike,
         *,
         fields: Union[str, Sequence[str], None] = None,
+        cell: Any = None,
+        not_cell: Any = None,
+        type: Union[str, Sequence[str], None] = None,
+        where: Union[str, Sequence[str], None] = None,
     ) -> Array:
         """Find all segments that meet a closed box, exactly.
 
         The corners have the shape (3,), um, and are rounded to the set's grid (2 nm by default). Returns rows as
         `nearest` does, nearest to the middle of the box first. `fields` chooses fields, as in brain-indexer: a list
         gives an array of these fields, one name gives its values. It may also name ``x0 y0 z0 x1 y1 z1``, the ends of
-        the segment, away from and towards the root, um.
+        the segment, away from and towards the root, um. The filters are those of `nearest`.
         """
         ends = _wants_ends(fields)
-        return _select(*_core.box_query(self._handle, corner, opposing_corner, ends), fields)
+        return _select(*_core.box_query(self._handle, corner, opposing_corner, ends, self._filter(cell, not_cell, type, where)), fields)
 
     def sphere_query(
-        self, center: npt.ArrayLike, radius: float, *, fields: Union[str, Sequence[str], None] = None
+        self,
+        center: npt.ArrayLike,
+        radius: float,
+        *,
+        fields: Union[str, Sequence[str], None] = None,
+        cell: Any = None,
+        not_cell: Any = None,
+        type: Union[str, Sequence[str], None] = None,
+        where: Union[str, Sequence[str], None] = None,
     ) -> Array:
         """Find all segments within a closed sphere, exactly; nearest to the center first.
 
-        center has the shape (3,), radius is in um. Rows and `fields` are as for `box_query`.
+        center has the shape (3,), radius is in um. Rows, `fields` and filters are as for `box_query`.
         """
-        return _select(*_core.sphere_query(self._handle, center, radius, _wants_ends(fields)), fields)
+        return _select(*_core.sphere_query(self._handle, center, radius, _wants_ends(fields), self._filter(cell, not_cell, type, where)), fields)
 
     def box_counts(
-        self, corner: npt.ArrayLike, opposing_corner: npt.ArrayLike, *, group_by: str | None = None
+        self,
+        corner: npt.ArrayLike,
+        opposing_corner: npt.ArrayLike,
+        *,
+        group_by: str | None = None,
+        cell: Any = None,
+        not_cell: Any = None,
+        type: Union[str, Sequence[str], None] = None,
+        where: Union[str, Sequence[str], None] = None,
     ) -> Union[int, dict[int, int]]:
         """Count the segments that meet a closed box. With ``group_by="cell"``: a dict of cell indices and counts."""
-        return _grouped(_core.box_counts(self._handle, corner, opposing_corner), group_by)
+        return _grouped(_core.box_counts(self._handle, corner, opposing_corner, self._filter(cell, not_cell, type, where)), group_by)
 
     def sphere_counts(
-        self, center: npt.ArrayLike, radius: float, *, group_by: str | None = None
+        self,
+        center: npt.ArrayLike,
+        radius: float,
+        *,
+        group_by: str | None = None,
+        cell: Any = None,
+        not_cell: Any = None,
+        type: Union[str, Sequence[str], None] = None,
+        where: Union[str, Sequence[str], None] = None,
     ) -> Union[int, dict[int, int]]:
         """Count the segments within a closed sphere. With ``group_by="cell"``: a dict of cell indices and counts."""
-        return _grouped(_core.sphere_counts(self._handle, center, radius), group_by)
+        return _grouped(_core.sphere_counts(self._handle, center, radius, self._filter(cell, not_cell, type, where)), group_by)
 
     def ray(
         self,
@@ -435,14 +523,22 @@ class Set:
         slope: float = 0.0,
         length: float = np.inf,
         k: int | None = None,
+        cell: Any = None,
+        not_cell: Any = None,
+        type: Union[str, Sequence[str], None] = None,
+        where: Union[str, Sequence[str], None] = None,
+        of_cells: bool = False,
     ) -> Array:
         """Find the segments near a ray, the first along it first.
 
         origin and direction have the shape (3,). A segment is found if its distance to the ray is at most
-        radius + slope * (distance along the ray), um. `length` ends the ray, `k` limits the rows. Returns a structured
-        array with the fields ``along distance x y z`` (float64 um), ``cell segment`` (uint32), ``sample`` (int64).
+        radius + slope * (distance along the ray), um. `length` ends the ray, `k` limits the rows. The filters and
+        `of_cells` are those of `nearest`. Returns a structured array with the fields ``along distance x y z`` (float64
+        um), ``cell segment`` (uint32), ``sample`` (int64), and ``type radius t`` as `nearest` has them.
         """
-        return _core.ray(self._handle, origin, direction, radius, slope, length, k)
+        return _core.ray(
+            self._handle, origin, direction, radius, slope, length, k, self._filter(cell, not_cell, type, where), of_cells
+        )
 
     def levels(self, box: npt.ArrayLike, pixels: float, *, segments: int = 2_000_000) -> LevelSegments:
         """Simplified neurites that draw a box with an error below a pixel.
