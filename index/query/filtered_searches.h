@@ -19,7 +19,8 @@ namespace filiform {
 
 class FilteredSearches {
  public:
-  // `budget_bytes`: of the tiles of all searches together, a third of it for other_cells. The store must outlive the searches.
+  // `budget_bytes`: of the tiles of all searches together, a third of it for other_cells. The store must outlive the
+  // searches.
   FilteredSearches(const TileStore& store, std::uint64_t budget_bytes) : store_(store), budget_bytes_(budget_bytes) {}
 
   // Throws as Nearest. O(cells of the filters).
