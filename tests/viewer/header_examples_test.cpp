@@ -412,8 +412,7 @@ void window(Renderer& renderer, const std::array<EyeView, 2>& views, const Rende
   }
 }
 
-void worker(const Nearest& nearest, const Vector3d& p_W,
-            const std::function<void(const std::vector<NearestResult>&)>& go,
+void worker(const Nearest& nearest, const Vector3d& p_W, void go(const std::vector<NearestResult>&),
             const std::function<void(const std::string&)>& showError) {
   // solver/travel/session/worker.h
   Worker worker;
@@ -519,8 +518,7 @@ void nearbyGraph(const GraphView& graph, const ProxyPlace& place, void draw(cons
   for (const auto& [a, b] : around.links()) draw(around.nodes()[a], around.nodes()[b]);
 }
 
-void steppedTravel(const std::unique_ptr<TileSet>& set, const Vector3d& p_W, const Vector3d& hand_D,
-                   Vector3d& force_N) {
+void steppedTravel(const std::unique_ptr<TileSet>& set, Vector3d p_W, const Vector3d& hand_D, Vector3d& force_N) {
   // solver/travel/session/stepped_travel.h
   const NearestResult start = Nearest(*set).find(p_W).at(0);
   SteppedTravel travel(*set);
