@@ -17,7 +17,7 @@
 namespace filiform {
 namespace {
 
-std::vector<Cell> typedColumn() {
+std::vector<Cell> columnOfThreeTypes() {
   std::vector<Cell> cells = test::randomColumn(71, 9, 300, 120);
   std::mt19937_64 random(72);  // the seed of types
   for (Cell& cell : cells) {
@@ -57,7 +57,7 @@ double measuredLength(const TileStore& store, const std::vector<std::uint32_t>& 
 }
 
 TEST(NeuriteDensity, BoxesHoldWhatBruteForceFinds) {
-  const std::vector<Cell> cells = typedColumn();
+  const std::vector<Cell> cells = columnOfThreeTypes();
   const auto store = test::storeOf(cells, 50);
   const Grid grid = store->grid();
   for (const double step_um : {61.7, 128.0}) {
@@ -87,7 +87,7 @@ TEST(NeuriteDensity, BoxesHoldWhatBruteForceFinds) {
 
 TEST(NeuriteDensity, LengthsAddUpToThoseOfTheNeurites) {
   std::vector<test::NamedCells> scenes = test::worstCases();
-  scenes.push_back({"column", typedColumn()});
+  scenes.push_back({"column", columnOfThreeTypes()});
   for (const test::NamedCells& named : scenes) {
     SCOPED_TRACE(named.name);
     const auto store = test::storeOf(named.cells, 20);
@@ -130,7 +130,7 @@ TEST(NeuriteDensity, SegmentsOnPlanesCountToTheUpperBox) {
 }
 
 TEST(NeuriteDensity, CellsAreChosen) {
-  const auto store = test::storeOf(typedColumn(), 50);
+  const auto store = test::storeOf(columnOfThreeTypes(), 50);
   const std::vector<std::uint32_t> some{1, 4};
   const double expected = measuredLength(*store, some);
   EXPECT_NEAR(sumOf(densityOf(*store, {.step_um = 20, .cells = some})), expected, 1e-9 * expected);
@@ -138,7 +138,7 @@ TEST(NeuriteDensity, CellsAreChosen) {
 }
 
 TEST(NeuriteDensity, WrongGridsAreRefusedWithTheirSize) {
-  const auto store = test::storeOf(typedColumn(), 50);
+  const auto store = test::storeOf(columnOfThreeTypes(), 50);
   for (const double wrong : {0.0, -1.0, std::nan(""), HUGE_VAL})
     EXPECT_THROW(densityOf(*store, {.step_um = wrong}), UsageError) << wrong;
   const NeuriteDensity density = densityOf(*store, {.step_um = 20});
