@@ -139,9 +139,10 @@ void subset(const std::unique_ptr<TileSet>& set) {
   ingest(stream, "part.fil", {.provenance = [&] { return stream.provenance(); }});
 }
 
-void comparedCells(const TileSet& old_set, const TileSet& new_set, std::uint32_t a, std::uint32_t b) {
+void comparedCells(const std::unique_ptr<TileSet>& old_set, const std::unique_ptr<TileSet>& new_set, std::uint32_t a,
+                   std::uint32_t b) {
   // index/compare/cell_change.h
-  const CellChange change = compareCells(readCell(old_set, a, true), readCell(new_set, b, true));
+  const CellChange change = compareCells(readCell(*old_set, a, true), readCell(*new_set, b, true));
   if (change.kind == CellFate::kChanged) std::cout << change.samples_added << " samples added\n";
 }
 
