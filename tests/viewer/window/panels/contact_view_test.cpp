@@ -43,7 +43,8 @@ class ContactsOfACell : public ::testing::Test {
 TEST_F(ContactsOfACell, AreThoseOfFindContactsWithTheirPlaces) {
   const PlaceFinder finder(*store_);
   ContactView view(*store_, finder);
-  for (const std::uint32_t cell : {3U, 8U}) {
+  std::size_t all = 0;
+  for (std::uint32_t cell = 0; cell < store_->cell_count(); ++cell) {
     view.find(cell, kWithin_um);
     serveUntilFound(view);
     EXPECT_EQ(view.error(), "");
@@ -53,9 +54,9 @@ TEST_F(ContactsOfACell, AreThoseOfFindContactsWithTheirPlaces) {
                  [&](const ContactSite& site) { expected.push_back(site); });
     std::stable_sort(expected.begin(), expected.end(),
                      [](const auto& a, const auto& b) { return a.distance_um < b.distance_um; });
-    ASSERT_GT(expected.size(), 5U);
     ASSERT_EQ(view.sites().size(), expected.size());
-    ASSERT_NE(view.marks_W(), nullptr);
+    ASSERT_EQ(view.marks_W() != nullptr, !expected.empty());
+    all += expected.size();
     for (std::size_t i = 0; i < expected.size(); ++i) {
       const ContactView::Site& site = view.sites()[i];
       EXPECT_EQ(site.distance_um, expected[i].distance_um);
@@ -71,8 +72,11 @@ TEST_F(ContactsOfACell, AreThoseOfFindContactsWithTheirPlaces) {
       ASSERT_NE(back, nullptr);
       EXPECT_EQ(back->other.cell, to.cell);
     }
-    EXPECT_EQ(view.nearest(cell, view.sites()[2].p_W)->p_W, view.sites()[2].p_W);
+    if (!expected.empty()) {
+      EXPECT_EQ(view.nearest(cell, view.sites()[0].p_W)->p_W, view.sites()[0].p_W);
+    }
   }
+  EXPECT_GT(all, 5U);
 }
 
 TEST(ContactsOfOneCellOfMany, ReadOnlyTilesNearIt) {
