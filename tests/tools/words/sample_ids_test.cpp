@@ -51,7 +51,8 @@ TEST_F(SampleIdsTest, CellsOfResultsAreReadTogetherAndOnce) {
   for (const NearestResult& result : results) ids_.cell(result.segment.cell);
   EXPECT_EQ(far_.reads, 8);
   for (auto& result : results) result.segment.cell = result.segment.cell == 0 ? 9 : 10;
-  ids_.readAhead(results, 1);
+  results.resize(1);
+  ids_.readAhead(results);
   EXPECT_EQ(far_.reads, 8) << "one cell is left to its use";
 }
 
