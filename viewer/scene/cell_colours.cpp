@@ -19,7 +19,8 @@ constexpr int kRampSteps = 8;
 
 std::string shortText(double value) {
   std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.4g", value);
+  const bool is_long = std::abs(value) >= 1e4 && std::abs(value) < 1e9;
+  std::snprintf(text.data(), text.size(), is_long ? "%.0f" : "%.4g", value);
   return text.data();
 }
 

@@ -12,7 +12,7 @@
 namespace filiform::internal {
 namespace {
 
-constexpr double kNameWidth = 150, kValueWidth = 76;  // times the scale
+constexpr double kNameWidth = 150;  // times the scale
 
 // Returns how many rows down the user asks for with the arrow keys; `entered`: Enter was pressed.
 int drawFilter(CellTable& table, CellPanel& panel, bool& entered) {
@@ -137,8 +137,11 @@ void drawTable(const PanelData& d, CellPanel& panel, int step, PanelRequests& re
                             ImGuiTableFlags_RowBg | ImGuiTableFlags_BordersInnerV | ImGuiTableFlags_NoSavedSettings |
                             ImGuiTableFlags_SizingFixedFit)) {
     for (const std::size_t column : shown)
-      ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthFixed,
-                              static_cast<float>((column == 0 ? kNameWidth : kValueWidth) * d.scale));
+      // A title has a square before it and an arrow behind it.
+      ImGui::TableSetupColumn(
+          "", ImGuiTableColumnFlags_WidthFixed,
+          column == 0 ? static_cast<float>(kNameWidth * d.scale)
+                      : ImGui::CalcTextSize(table.columns()[column].title.c_str()).x + 2 * ImGui::GetTextLineHeight());
     ImGui::TableSetupScrollFreeze(1, 1);
     ImGui::TableNextRow(ImGuiTableRowFlags_Headers);
     for (const std::size_t column : shown) {
