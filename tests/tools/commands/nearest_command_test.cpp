@@ -199,7 +199,8 @@ TEST_F(FilteredNearestCommand, MistakesAreNamedWithNearNames) {
   EXPECT_NE(found({"0", "0", "0", "--type", "axn"}).find("did you mean 'axon'"), std::string::npos);
   EXPECT_NE(found({"0", "0", "0", "--where", "depth=1"}).find("layer"), std::string::npos);
   EXPECT_NE(found({"0", "0", "0", "--approximate", "--type", "axon"}).find("--type"), std::string::npos);
-  for (const char* other : {"--approximate", "--box", "--ray"})
+  EXPECT_NE(found({"0", "0", "0", "--own", "no", "--approximate"}).find("--own"), std::string::npos);
+  for (const char* other : {"--box", "--ray"})
     EXPECT_NE(found({"--own", "no", other, "0", "0", "0", "1", "1", "1"}).find("--own"), std::string::npos) << other;
   const Outcome none = runFiliform({"nearest", set_, "0", "0", "0", "--where", "layer=7"});
   EXPECT_EQ(none.exit_code, 0);
