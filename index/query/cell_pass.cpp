@@ -79,7 +79,8 @@ struct CellPass::Impl {
       if (place[cell] != kNowhere)
         if (Assembly* const to = open[place[cell]].get();
             to != nullptr && std::binary_search(to->tiles().begin(), to->tiles().end(), id))
-          to->add(id, {first, last});
+          to->add(id, std::span(segments).subspan(static_cast<std::size_t>(first - segments.begin()),
+                                                  static_cast<std::size_t>(last - first)));
       first = last;
     }
   }
