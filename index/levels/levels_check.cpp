@@ -10,6 +10,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <unordered_map>
 #include <unordered_set>
 #include <utility>
 #include <vector>
@@ -49,6 +50,7 @@ class Siblings {
     for (LevelId level = first; level < levels.size() && levels.entry(level).key.low <= last;) {
       const LevelEntry& entry = levels.entry(level);
       tiles.push_back(levels.load(level));
+      addBalls(*tiles.back(), levels.loadAppearance(level));
       pixel_um = std::max(pixel_um, checkedPixel_um(entry, *tiles.back()));
       hides_some |= entry.hidden > 0;
       for (std::uint32_t s = 0; s < tiles.back()->segment_count(); ++s) cells_.insert(tiles.back()->segmentId(s).cell);
@@ -62,8 +64,20 @@ class Siblings {
 
   bool hasCell(std::uint32_t cell) const { return cells_.contains(cell); }
   bool hides(const Vector3d& p_W) { return cover_->hides(p_W); }
+  // True if the point lies in the ball of a soma of the cell, or within the error of its surface.
+  bool isInBall(std::uint32_t cell, const Vector3d& p_W, double error_um) const {
+    const auto [first, last] = balls_.equal_range(cell);
+    return std::any_of(first, last, [&](const auto& of_cell) {
+      return (p_W - of_cell.second.a_W).norm() <= of_cell.second.radius_um + error_um;
+    });
+  }
 
  private:
+  void addBalls(const Tile& tile, const TileAppearance& appearance) {
+    const LevelPieces pieces(tile, appearance, 0);
+    for (const LevelPieces::Piece& piece : pieces.pieces())
+      if (piece.radius_um > 0) balls_.emplace(piece.cell, piece);
+  }
   // Pixels allow for the simplification of what covers them. They are so large that segments cover few pixels on
   // average, whatever the table states.
   static double checkedPixel_um(const LevelEntry& entry, const Tile& tile) {
@@ -76,6 +90,7 @@ class Siblings {
   }
 
   std::unordered_set<std::uint32_t> cells_;
+  std::unordered_multimap<std::uint32_t, LevelPieces::Piece> balls_;
   std::optional<internal::PixelCover> cover_;
 };
 
@@ -103,19 +118,21 @@ class OpenLevel {
       }
       if (cell == nullptr) {
         if (entry_.coarser == 0 && !siblings_->hasCell(s.cell)) ++missing_;
-        countFar(s.child_W);
-        continue;
+      } else {
+        pieces_.reach(*cell, s.child_W, s.parent_W);
       }
-      pieces_.reach(*cell, s.child_W, s.parent_W);
+      const auto isNear = [&](const Vector3d& p_W) {
+        return (cell != nullptr && pieces_.isNear(*cell, p_W)) || siblings_->isInBall(s.cell, p_W, error_um_);
+      };
       const bool is_known = s.parent_W == last_W, was_near = is_last_near;
       last_W = s.child_W;
-      is_last_near = pieces_.isNear(*cell, s.child_W);
+      is_last_near = isNear(s.child_W);
       const Vector3d middle_W = 0.5 * (s.child_W + s.parent_W);
       if (!is_last_near)
         countFar(s.child_W);
-      else if (!(is_known ? was_near : pieces_.isNear(*cell, s.parent_W)))
+      else if (!(is_known ? was_near : isNear(s.parent_W)))
         countFar(s.parent_W);
-      else if (!pieces_.isNear(*cell, middle_W))
+      else if (!isNear(middle_W))
         countFar(middle_W);
     }
   }
@@ -140,7 +157,8 @@ class OpenLevel {
             const TileAppearance& appearance, std::shared_ptr<Siblings> siblings)
       : level_(level),
         entry_(entry),
-        pieces_(tile, appearance, entry.error_um * (1 + 1e-9) + set.grid().quantum_um() * 1e-3),
+        error_um_(entry.error_um * (1 + 1e-9) + set.grid().quantum_um() * 1e-3),
+        pieces_(tile, appearance, error_um_),
         siblings_(std::move(siblings)) {
     if (appearance.types.size() != tile.segment_count()) say("its appearance has the wrong length");
   }
@@ -150,6 +168,7 @@ class OpenLevel {
 
   LevelId level_;
   const LevelEntry& entry_;
+  double error_um_;
   LevelPieces pieces_;
   std::shared_ptr<Siblings> siblings_;
   std::uint64_t owned_ = 0, far_ = 0, covered_ = 0, missing_ = 0;

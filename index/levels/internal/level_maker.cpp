@@ -192,6 +192,7 @@ LevelContent LevelMaker::coarsened(const LeafRange& range, const BlockKey& block
   Neurites& all = work_.neurites;
   std::vector<std::size_t> bounds;  // among the paths: where those of each cut begin
   std::vector<Neurites> made_of;    // what each cut holds; without paths once they are in `all`
+  const std::vector<SomaRoot> balls = somata_.within(block);
   Coarsening coarsening(input_.grid, block, parts);
   const auto add = [&](Neurites& part) {
     bounds.push_back(all.paths.size());
@@ -202,7 +203,7 @@ LevelContent LevelMaker::coarsened(const LeafRange& range, const BlockKey& block
   for (const Cut& of : cuts) {
     Neurites& part = made_of.emplace_back();
     gather(std::span(content.pieces).subspan(of.begin, of.end - of.begin), part);
-    removeInsideBalls(part, input_.grid);
+    removeInsideBalls(part, balls, input_.grid);
     if (linking) part = linked(std::move(part));
     coarsening.look(part);
     if (!linking) add(part);

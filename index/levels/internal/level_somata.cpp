@@ -45,15 +45,20 @@ LevelSomata::LevelSomata(std::vector<SomaRoot> somata, const Grid& grid) : grid_
   });
 }
 
-void LevelSomata::apply(Neurites& neurites, const BlockKey& leaf) const {
-  const auto first = std::lower_bound(by_place_.begin(), by_place_.end(), leaf.low,
+std::vector<SomaRoot> LevelSomata::within(const BlockKey& block) const {
+  const auto first = std::lower_bound(by_place_.begin(), by_place_.end(), block.low,
                                       [](const SomaRoot& root, MortonKey low) { return mortonKey(root.p) < low; });
   std::vector<SomaRoot> here;
-  for (auto soma = first; soma != by_place_.end() && leaf.contains(mortonKey(soma->p)); ++soma) here.push_back(*soma);
-  if (here.empty()) return;
+  for (auto soma = first; soma != by_place_.end() && block.contains(mortonKey(soma->p)); ++soma) here.push_back(*soma);
   std::sort(here.begin(), here.end(), [](const SomaRoot& a, const SomaRoot& b) {
     return std::tie(a.cell, a.sample) < std::tie(b.cell, b.sample);
   });
+  return here;
+}
+
+void LevelSomata::apply(Neurites& neurites, const BlockKey& leaf) const {
+  const std::vector<SomaRoot> here = within(leaf);
+  if (here.empty()) return;
   removeInside(neurites, here, grid_, true);
   for (const SomaRoot& soma : here) {
     neurites.paths.push_back(
@@ -62,12 +67,7 @@ void LevelSomata::apply(Neurites& neurites, const BlockKey& leaf) const {
   }
 }
 
-void removeInsideBalls(Neurites& neurites, const Grid& grid) {
-  std::vector<SomaRoot> balls;
-  for (const NeuritePath& path : neurites.paths)
-    if (const NeuritePoint& point = neurites.points[path.begin]; path.isBall() && point.type == kSomaType)
-      balls.push_back({path.cell, path.first_sample, point.p, point.radius_um});
-  std::stable_sort(balls.begin(), balls.end(), [](const SomaRoot& a, const SomaRoot& b) { return a.cell < b.cell; });
+void removeInsideBalls(Neurites& neurites, std::span<const SomaRoot> balls, const Grid& grid) {
   if (!balls.empty()) removeInside(neurites, balls, grid, false);
 }
 

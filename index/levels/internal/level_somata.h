@@ -4,6 +4,7 @@
 #include "index/levels/internal/level_input.h"
 #include "index/levels/internal/neurites.h"
 
+#include <span>
 #include <vector>
 
 namespace filiform::internal {
@@ -17,12 +18,15 @@ class LevelSomata {
   // Other leaves keep such segments, so that no cell is missing in a block without its ball. O(n).
   void apply(Neurites& neurites, const BlockKey& leaf) const;
 
+  // The somata whose centres lie in the block, ascending by cell. O(log n + k log k) for k.
+  std::vector<SomaRoot> within(const BlockKey& block) const;
+
  private:
   Grid grid_;
   std::vector<SomaRoot> by_place_;  // ascending by Morton key
 };
 
-// Removes the segments inside the balls of somata that the neurites hold: those from other leaves. O(n).
-void removeInsideBalls(Neurites& neurites, const Grid& grid);
+// Removes the segments inside the balls of these somata, which are ascending by cell. O(n).
+void removeInsideBalls(Neurites& neurites, std::span<const SomaRoot> balls, const Grid& grid);
 
 }  // namespace filiform::internal

@@ -76,6 +76,20 @@ std::vector<std::string> problemsOfLevel(const TileSet& set, const Levels& level
     pieces.push_back(
         {tile->segmentId(s).cell, a_W, b_W, ball ? 1.06 * static_cast<double>(appearance.radii_um[s]) : 0, ball, ball});
   }
+  std::vector<CheckedPiece> balls;
+  for (const LevelPart& part : levels.below(levels.above({true, level, 0, 0}))) {
+    if (!part.level) continue;
+    const auto one = levels.load(part.tile);
+    const TileAppearance of = levels.loadAppearance(part.tile);
+    for (std::uint32_t s = 0; s < one->segment_count(); ++s)
+      if (one->isolated(s) && of.types[s] == kSomaType && of.radii_um[s] > 0)
+        balls.push_back({one->segmentId(s).cell,
+                         one->position_W(one->child(s)),
+                         {},
+                         1.06 * static_cast<double>(of.radii_um[s]),
+                         true,
+                         true});
+  }
   for (const auto& one : siblings)
     for (std::uint32_t s = 0; s < one->segment_count(); ++s) {
       cells.insert(one->segmentId(s).cell);
@@ -113,6 +127,12 @@ std::vector<std::string> problemsOfLevel(const TileSet& set, const Levels& level
         std::size_t i = 0;
         for (const Vector3d& p_W : {a_W, b_W, Vector3d(0.5 * (a_W + b_W))})
           near[i++] |= std::sqrt(distance2(p_W, piece.a_W, piece.b_W)) <= error_um + piece.radius_um;
+      }
+      for (const CheckedPiece& ball : balls) {
+        if (ball.cell != cell) continue;
+        std::size_t i = 0;
+        for (const Vector3d& p_W : {a_W, b_W, Vector3d(0.5 * (a_W + b_W))})
+          near[i++] |= (p_W - ball.a_W).norm() <= error_um + ball.radius_um;
       }
       if (!cells.contains(cell) && e.coarser == 0) ++missing;
       std::size_t i = 0;

@@ -339,7 +339,8 @@ TEST_F(Applications, PanelsAreLaidOutInPoints) {
     data.lo_W = Vector3d::Zero();
     data.hi_W = Vector3d(300, 300, 300);
     data.zoom_um = 100;
-    OpenPanels open{.help = true};
+    OpenPanels open;
+    open.help = true;
     SearchPanel search;
     Settings settings;
     renderer.draw({EyeView{}, EyeView{}}, {.size = window.size(), .samples = 1});
