@@ -77,6 +77,11 @@ int sideArgument(const char* name, py::handle value) {
   return static_cast<int>(side);
 }
 
+ColourBy colourArgument(const std::string& name) {
+  if (const auto colour = colouringNamed(name)) return *colour;
+  throw py::value_error("colour_by: choose one of cell, type, depth, radius, tile");
+}
+
 // (height, width, 3), uint8.
 py::array render(const std::shared_ptr<OpenSet>& open, py::handle width, py::handle height, py::handle box,
                  py::handle proxy, py::handle zoom, py::handle yaw_deg, py::handle pitch_deg, py::handle look,
@@ -90,7 +95,7 @@ py::array render(const std::shared_ptr<OpenSet>& open, py::handle width, py::han
                        .pitch_rad = numberArgument("camera", pitch_deg) * std::numbers::pi / 180,
                        .look = twoPoints("camera", look),
                        .highlight = highlight,
-                       .colour = colourBy(colour_by),
+                       .colour = colourArgument(colour_by),
                        .orthographic = orthographic,
                        .segments = countArgument("segments", segments, 1)};
   if (!proxy.is_none()) wanted.proxy_W = pointArgument("proxy", proxy);
