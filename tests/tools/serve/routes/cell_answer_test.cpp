@@ -95,11 +95,11 @@ TEST(CellAnswer, ContactsAreThoseOfTheCell) {
   for (std::uint32_t cell = 0; cell < set.cell_count(); ++cell)
     if (set.cell(cell).name != set.cell(1).name) others.push_back(cell);
   Json expected = Json::array();
-  findContacts(set, {.within_um = 20, .from = {1}, .to = others, .from_types = {2}, .to_types = {3, 4}},
+  findContacts(set, {.within_um = 20, .from = {1}, .to = others},
                [&](const ContactSite& site) { expected.push_back(Json(contactJson(set, site))); });
   ASSERT_GT(expected.size(), 1u);
   const std::string route = "/v1/sets/column/contacts?cell=" + set.cell(1).name;
-  const std::string some = route + "&within=20&types=axon,dendrite";
+  const std::string some = route + "&within=20";
   const Json all = sets.json(some);
   EXPECT_EQ(all.at("rows"), expected);
   EXPECT_EQ(all.at("truncated"), false);
@@ -109,6 +109,11 @@ TEST(CellAnswer, ContactsAreThoseOfTheCell) {
   EXPECT_EQ(one.at("truncated"), true);
   for (const Json& row : sets.json(some + "&where=layer%3E=4").at("rows"))
     EXPECT_NE(std::find(expected.begin(), expected.end(), row), expected.end());
+  const std::string of_type = expected[0].at("from_type"), to_type = expected[0].at("to_type");
+  const Json typed = sets.json(some + "&types=" + of_type + ',' + to_type);
+  ASSERT_FALSE(typed.at("rows").empty());
+  for (const Json& row : typed.at("rows"))
+    EXPECT_TRUE(row.at("from_type") == of_type && row.at("to_type") == to_type) << row;
   for (const char* const wrong : {"within=0", "within=nan", "within=1e9", "types=axno", "surface=yes", "where=layer"}) {
     const Answer answer = sets.get(route + '&' + wrong);
     EXPECT_EQ(answer.status, 400u) << wrong << ' ' << answer.body;
