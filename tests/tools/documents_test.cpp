@@ -185,8 +185,9 @@ bool beginsWith(const fs::path& file, const std::string& bytes) {
   if (ending == ".png" && !beginsWith(file, "\x89PNG\r\n")) return wrong("is no PNG");
   if (ending == ".zip" && !beginsWith(file, "PK\x03\x04")) return wrong("is no zip");
   if (ending == ".csv" && !beginsWith(file, "tick,time_s,")) return wrong("has no header of ticks");
-  if (ending == ".tsv" && !beginsWith(file, "source\t") && !beginsWith(file, "from\t") && !beginsWith(file, "layer\t"))
-    return wrong("has no header of a placement table, contacts or a matrix of the attribute 'layer'");
+  if (ending == ".tsv" && !beginsWith(file, "source\t") && !beginsWith(file, "from\t") &&
+      !beginsWith(file, "layer\t") && !beginsWith(file, "type\t"))
+    return wrong("has no header of a placement table, contacts or a matrix of the attributes 'layer' and 'type'");
   if (ending == ".swc" && !beginsWith(file, "#")) return wrong("has no header");
   if (ending == ".json" && !nlohmann::json::accept(test::readBytes(file.string()))) return wrong("is no JSON");
   return ::testing::AssertionSuccess();

@@ -130,7 +130,11 @@ void writeDensity(const TileSet& set, const std::vector<std::uint32_t>& cells, c
                     return i == 1 ? npyHeader("'<f8'", 3) + bytesOf(origin_um, 1)
                                   : npyHeader("'<f8'", 1) + bytesOf(std::array{density.step_um}, 1);
                   }});
-    return out.finish();
+    out.finish();
+    if (!isStandardOutput(a.npz))
+      std::cout << inShort(a.npz) << ": " << density.boxes[0] << " x " << density.boxes[1] << " x " << density.boxes[2]
+                << " boxes of " << formatNumber(density.step_um) << " um\n";
+    return;
   }
   constexpr std::array<const char*, 5> kBoxTitles{"x_um", "y_um", "z_um", "length_um", "density_um_per_um3"};
   const char* separator = "[\n";

@@ -65,7 +65,8 @@ values = {"set": [part], "revision": [revision], "file": ["manifest.json", "dire
           "cell": [urllib.parse.quote(cell) + ending for ending in (".json", ".swc", ".npy")], "skeleton": [number]}
 place = urllib.parse.quote(cell)
 queries = {"nearest": "at=1,2,3&k=3", "box": "lo=-50,-50,-50&hi=50,50,50", "ray": "from=0,0,-1000&direction=0,0,1&tolerance=100",
-           "density": "step=500", "path": f"from={place}:{samples[0]}&to={place}:{samples[-1]}",
+           "density": "step=500", "contacts": f"cell={place}&within=5",
+           "path": f"from={place}:{samples[0]}&to={place}:{samples[-1]}",
            "list": "left=-1e6&top=-1e6&z1=-1e6&right=1e6&bottom=1e6&z2=1e6", "picture": "size=64x40"}
 
 called = 0
