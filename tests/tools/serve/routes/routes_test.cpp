@@ -33,6 +33,8 @@ std::string exampleOf(const std::string& path, const std::string& revision) {
   if (path.ends_with("/box")) target += "?lo=0,0,0&hi=1,1,1";
   if (path.ends_with("/ray")) target += "?from=0,0,0&direction=0,0,1";
   if (path.ends_with("/node/list")) target += "?left=0&top=0&z1=0&right=9&bottom=9&z2=9";
+  if (path.ends_with("/contacts")) target += "?cell=fork&within=0.1";
+  if (path.ends_with("/density")) target += "?step=10";
   if (path.ends_with("/path")) target += "?from=fork:1&to=fork:3";
   return target;
 }
