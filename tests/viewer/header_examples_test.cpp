@@ -1,8 +1,7 @@
-// Compiles the examples in the comments of public headers, unchanged.
-//
-// An example is a run of comment lines indented by three blanks or more whose first line ends in `;`, `{` or within
-// parentheses. The test reads every public header, and looks for its examples in this file: line by line, without the
-// indentation, below a line that names the header. Declarations that an example needs come before that line.
+// Compiles the examples in the comments of public headers, unchanged. An example is a run of comment lines indented by
+// three blanks or more whose first line ends in `;`, `{` or within parentheses. The test reads every public header, and
+// looks for its examples in this file: line by line, without the indentation, below a line that names the header.
+// Declarations that an example needs come before that line.
 #include "device/falcon/falcon.h"
 #include "device/falcon/falcon_protocol.h"
 #include "device/gamepad/gamepad.h"

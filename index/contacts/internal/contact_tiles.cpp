@@ -121,7 +121,8 @@ std::shared_ptr<const ContactTile> ContactTiles::make(TileId id) const {
     if (last == nullptr || last->tile != owner) {
       const auto known = std::find_if(made->owners.begin(), made->owners.end(),
                                       [&](const ContactTile::Owner& o) { return o.tile == owner; });
-      last = known != made->owners.end() ? &*known : &made->owners.emplace_back(ContactTile::Owner{owner, emptyWorldBox()});
+      last = known != made->owners.end() ? &*known
+                                         : &made->owners.emplace_back(ContactTile::Owner{owner, emptyWorldBox()});
     }
     const Vector3d a_W = store.grid().toWorld(a), b_W = store.grid().toWorld(b);
     last->box = {last->box.lo_W.cwiseMin(a_W).cwiseMin(b_W), last->box.hi_W.cwiseMax(a_W).cwiseMax(b_W)};
