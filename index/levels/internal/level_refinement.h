@@ -51,15 +51,7 @@ class LevelRefinement {
     std::vector<LevelPart> left, open;
     for (const LevelPart& part : parts_) (std::isinf(part.error_px) ? open : left).push_back(part);
     for (std::size_t i = 0; i < open.size(); ++i) {
-      const LevelPart part = open[i];
-      const std::vector<LevelPart> below = finer_(part);
-      const std::uint64_t sum = segmentsOf(below);
-      if (segments_ - part.segments + sum > most_) {
-        settled_.push_back(part);
-        continue;
-      }
-      segments_ += sum - part.segments;
-      for (const LevelPart& finer : below) (std::isinf(finer.error_px) ? open : left).push_back(finer);
+      for (const LevelPart& finer : replaced(open[i])) (std::isinf(finer.error_px) ? open : left).push_back(finer);
     }
     parts_ = std::move(left);
   }
@@ -73,14 +65,7 @@ class LevelRefinement {
     while (!open.empty() && open.top().error_px > above_px) {
       const LevelPart part = open.top();
       open.pop();
-      const std::vector<LevelPart> below = finer_(part);
-      const std::uint64_t sum = segmentsOf(below);
-      if (segments_ - part.segments + sum > most_) {
-        settled_.push_back(part);
-        continue;
-      }
-      segments_ += sum - part.segments;
-      for (const LevelPart& finer : below) open.push(finer);
+      for (const LevelPart& finer : replaced(part)) open.push(finer);
     }
     for (; !open.empty(); open.pop()) settled_.push_back(open.top());
   }
@@ -91,10 +76,17 @@ class LevelRefinement {
   }
 
  private:
-  static std::uint64_t segmentsOf(const std::vector<LevelPart>& parts) {
+  // The parts below, if they fit in the place of the part. Otherwise the part stays for good, and there are none.
+  std::vector<LevelPart> replaced(const LevelPart& part) {
+    std::vector<LevelPart> below = finer_(part);
     std::uint64_t sum = 0;
-    for (const LevelPart& part : parts) sum += part.segments;
-    return sum;
+    for (const LevelPart& finer : below) sum += finer.segments;
+    if (segments_ - part.segments + sum > most_) {
+      settled_.push_back(part);
+      return {};
+    }
+    segments_ += sum - part.segments;
+    return below;
   }
   // Segments that further replacement may remove again.
   static std::uint64_t slackOf(const std::vector<LevelPart>& open, double above_px) {

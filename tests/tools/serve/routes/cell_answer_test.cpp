@@ -119,7 +119,7 @@ TEST(CellAnswer, ContactsAreThoseOfTheCell) {
     EXPECT_EQ(answer.status, 400u) << wrong << ' ' << answer.body;
   }
   EXPECT_EQ(sets.get("/v1/sets/column/contacts").status, 400u);
-  EXPECT_EQ(sets.get("/v1/sets/column/contacts?cell=nobody").status, 404u);
+  EXPECT_EQ(sets.get("/v1/sets/column/contacts?cell=missing").status, 404u);
 }
 
 TEST(CellAnswer, DensityIsThatOfTheLibrary) {
