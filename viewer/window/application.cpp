@@ -3,6 +3,7 @@
 #include "device/haptic_device.h"
 #include "index/errors.h"
 #include "viewer/gl/frame_governor.h"
+#include "viewer/window/internal/answer_times.h"
 #include "viewer/window/internal/open_scene.h"
 #include "viewer/window/internal/state_file.h"
 #include "viewer/window/internal/window_actions.h"
@@ -48,8 +49,6 @@ constexpr double kBlank_s = 0.1;      // between two frames while no scene is op
 // Between two frames: while something is under way, otherwise, and once nothing has changed for kSettled_s.
 constexpr double kBusyWait_s = 0.001, kWait_s = 0.015, kRestWait_s = 0.05, kSettled_s = 0.5;
 
-// What a key or the mouse changes is shown by so many frames: the haptic loop takes commands between them.
-constexpr std::uint64_t kAnswered_frames = 4;
 // The hint of the first start, until this long after the first action.
 constexpr double kGreets_s = 20;
 constexpr const char* kGreeting =
@@ -83,15 +82,8 @@ class Application::Impl {
     const bool rests = begin_s - changed_s_ > kSettled_s;
     const std::vector<InputEvent> events = window_.poll(busy_ ? kBusyWait_s : rests ? kRestWait_s : kWait_s);
     const double polled_s = window_.now_s();
-    if (!events.empty()) {
-      changed_s_ = polled_s;
-      // Events that end a wait come now; others came in the frame before, at its begin at the earliest.
-      if (asked_s_ < 0 && presented_ > 0) {
-        asked_s_ = polled_s - begin_s > 2 * kBusyWait_s ? polled_s : polled_s_;
-        asked_frame_ = frames_;
-      }
-    }
-    polled_s_ = polled_s;
+    if (!events.empty()) changed_s_ = polled_s;
+    answers_.poll(begin_s, polled_s, !events.empty(), 2 * kBusyWait_s);
     for (const InputEvent& event : events) handle(event);
     finishOpening();
     for (const std::string& failure : closing_.takeFailures()) say(failure);
@@ -102,8 +94,7 @@ class Application::Impl {
       blank();
     if (window_.now_s() - last_state_s_ > kSaveState_s) writeState();
     frame_ms_ += 0.1 * (1000 * (window_.now_s() - begin_s) - frame_ms_);
-    // Other events change nothing that is shown.
-    if (!isLate() && frames_ > asked_frame_ + kAnswered_frames) asked_s_ = -1;
+    answers_.endFrame(isLate());
     if (scene_ && presented_ > 0) longest_ms_ = std::max(longest_ms_, 1000 * (window_.now_s() - polled_s));
     ++frames_;
     return true;
@@ -312,8 +303,7 @@ class Application::Impl {
     window_.show();
     ++presented_;
     changed_s_ = window_.now_s();
-    if (asked_s_ >= 0 && !isLate())
-      longest_answer_ms_ = std::max(longest_answer_ms_, 1000 * (changed_s_ - std::exchange(asked_s_, -1)));
+    answers_.presented(changed_s_, isLate());
   }
 
   void drawScene() {
@@ -446,7 +436,7 @@ class Application::Impl {
                                 {"presented", presented_},
                                 {"pictures_drawn", pictures_},
                                 {"longest_frame_ms", longest_ms_},
-                                {"longest_answer_ms", longest_answer_ms_},
+                                {"longest_answer_ms", answers_.longest_ms()},
                                 {"frame_ms", frame_ms_},
                                 {"ended", ended_},
                                 {"open", scene_ != nullptr},
@@ -496,12 +486,12 @@ class Application::Impl {
   std::set<std::string> told_failures_;
 
   StateFile state_file_;
-  double last_state_s_ = -1, last_blank_s_ = -1, frame_ms_ = 0, longest_ms_ = 0, longest_answer_ms_ = 0;
+  double last_state_s_ = -1, last_blank_s_ = -1, frame_ms_ = 0, longest_ms_ = 0;
   double entered_s_ = 0;  // the first scene
   double changed_s_ = 0;  // the last event or presented frame
   double greets_until_s_ = 0;
-  double polled_s_ = 0, asked_s_ = -1;  // the last poll; the earliest time of events that no frame shows yet, -1: none
-  std::uint64_t frames_ = 0, presented_ = 0, pictures_ = 0, asked_frame_ = 0;
+  std::uint64_t frames_ = 0, presented_ = 0, pictures_ = 0;
+  internal::AnswerTimes answers_;
 
   // Destroyed from the last to the first: each may use the ones before it.
   std::unique_ptr<OpenScene> scene_;
