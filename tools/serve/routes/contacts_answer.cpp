@@ -14,12 +14,6 @@ namespace {
 
 constexpr std::uint64_t kContactMemory = std::uint64_t{64} << 20;
 
-bool requestedFlag(const Request& request, const std::string& name) {
-  const auto text = request.parameter(name);
-  if (text && *text != "true" && *text != "false") throw Refusal(400, name + " must be true or false");
-  return text == "true";
-}
-
 }  // namespace
 
 Answer contactsAnswer(const Call& call) {
@@ -28,7 +22,7 @@ Answer contactsAnswer(const Call& call) {
   const auto name = call.request.parameter("cell");
   if (!name) throw Refusal(400, "give cell=NAME; filiform contacts finds those of all cells on the set's files");
   ContactOptions options{.within_um = call.request.number("within").value_or(2),
-                         .surface = requestedFlag(call.request, "surface"),
+                         .surface = call.request.isFirst("surface", "true", "false"),
                          .from = {cellLike(served, *name, "cell")},
                          .memory_bytes = kContactMemory};
   if (!(options.within_um > 0)) throw Refusal(400, "within: the distance must be above 0 um");

@@ -87,14 +87,7 @@ std::shared_ptr<const Nearest> searchOf(const Call& call) {
   return served.filtered().with(filter);
 }
 
-// True if the parameter is the first of two words; the second stands for its absence.
-bool isFirst(const Request& request, const std::string& name, std::string_view first, std::string_view second) {
-  const auto text = request.parameter(name);
-  if (text && *text != first && *text != second)
-    throw Refusal(400, name + " must be " + std::string(first) + " or " + std::string(second));
-  return text && *text == first;
-}
-bool wantsCells(const Request& request) { return isFirst(request, "cells", "true", "false"); }
+bool wantsCells(const Request& request) { return request.isFirst("cells", "true", "false"); }
 
 // Limits the rows of an answer; `limit` is the request's, if it gives one.
 std::size_t rowLimit(const Request& request) { return request.whole("limit", 1, limits::kRows).value_or(10'000); }
@@ -110,7 +103,7 @@ Answer nearestAnswer(const Call& call) {
   SegmentRows rows(*call.served, wantsNpy(call.request), false);
   NearestQuery query = asked.query;
   query.of_cells = wantsCells(call.request);
-  query.other_cells = isFirst(call.request, "own", "no", "yes");
+  query.other_cells = call.request.isFirst("own", "no", "yes");
   const std::shared_ptr<const Nearest> search = searchOf(call);
   if (asked.limited) ++query.k;  // one more shows that there are more
   // With large k, few points at once, so that their results need little memory.

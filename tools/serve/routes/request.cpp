@@ -103,6 +103,13 @@ std::optional<std::uint64_t> Request::whole(const std::string& name, std::uint64
   return value;
 }
 
+bool Request::isFirst(const std::string& name, std::string_view first, std::string_view second) const {
+  const auto text = parameter(name);
+  if (text && *text != first && *text != second)
+    throw Refusal(400, name + " must be " + std::string(first) + " or " + std::string(second));
+  return text && *text == first;
+}
+
 std::string redacted(const std::string& target) {
   const std::size_t question = target.find('?');
   std::string text;

@@ -38,6 +38,8 @@ struct Request {
   // Like parameter(), as a finite number or a whole number. Throw Refusal (400) for anything else.
   std::optional<double> number(const std::string& name) const;
   std::optional<std::uint64_t> whole(const std::string& name, std::uint64_t least, std::uint64_t most) const;
+  // True if the parameter is the first of two words; the second stands for its absence. Throws as number().
+  bool isFirst(const std::string& name, std::string_view first, std::string_view second) const;
 };
 
 // The target with the values of all parameters named `token`, and all parts that begin with ~, replaced; for logs.
