@@ -189,18 +189,20 @@ class ContactSearch {
 ContactCounts findContacts(const TileStore& store, const ContactOptions& options,
                            const std::function<void(const ContactSite& site)>& take) {
   refuseDistance(store, options);
-  auto sorter = std::make_unique<internal::PairSorter>(options.memory_bytes / 2, options.threads);
+  auto sorter = std::make_unique<internal::PairSorter>(options.memory_bytes / 2, options.threads,
+                                                       options.detail == ContactOptions::Detail::kCounts);
   const std::uint64_t tiles = ContactSearch(store, options).run(*sorter);
   ContactCounts counts{.pairs = sorter->pairs(), .file_bytes = sorter->file_bytes()};
   const auto check = [&] {
     if (options.check) options.check(tiles, tiles);
   };
+  const bool with_places = options.detail == ContactOptions::Detail::kPlaces;
   internal::SiteMerger merger;
   std::vector<ContactSite> sites;
   const std::size_t most = std::max<std::uint64_t>(options.memory_bytes / 4 / (sizeof(ContactSite) + 16), 1024);
   const auto flush = [&] {
     const std::uint64_t left_bytes = options.memory_bytes / 4 * (sorter == nullptr ? 3 : 1);
-    if (options.with_places) internal::addPlaces(store, sites, left_bytes, options.threads, check);
+    if (with_places) internal::addPlaces(store, sites, left_bytes, options.threads, check);
     for (const ContactSite& site : sites) take(site);
     counts.sites += sites.size();
     sites.clear();
@@ -211,7 +213,7 @@ ContactCounts findContacts(const TileStore& store, const ContactOptions& options
     if (sites.size() + merged.size() > most) flush();
     if (sites.size() > most / 64) sites.reserve(most);  // copied once
     sites.insert(sites.end(), merged.begin(), merged.end());
-    if (!options.with_places) flush();
+    if (!with_places) flush();
   });
   sorter.reset();
   flush();

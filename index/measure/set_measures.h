@@ -20,7 +20,7 @@ struct SetMeasureOptions {
 // Calls take(cell, measures) for each of `cells`, in this order, on the calling thread. The order of threads changes no
 // bit of the measures. Sets MeasuredPart::sample_id. Requires that the cells differ and are below cell_count().
 // Throws what CellPass and measuresOf() throw. Thread rule: any thread may call it; it starts its own. O(samples), and
-// one pass over the tiles of the cells (CellPass says when it takes several).
+// one pass over the tiles of the cells.
 void measureCells(const TileStore& store, const std::vector<std::uint32_t>& cells, const SetMeasureOptions& options,
                   const std::function<void(std::uint32_t cell, const CellMeasures& measures)>& take);
 

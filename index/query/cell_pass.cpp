@@ -2,6 +2,7 @@
 
 #include "index/query/internal/cell_assembly.h"
 #include "index/query/internal/owned_segments.h"
+#include "index/query/internal/waiting_segments.h"
 #include "index/remote/internal/background_reads.h"
 #include "index/set/reads_at_once.h"
 #include "index/set/tiles_ahead.h"
@@ -15,6 +16,7 @@ namespace filiform {
 namespace {
 
 constexpr std::uint64_t kBytesASample = 48, kBytesACell = 1024;  // of a CellAssembly
+constexpr bool kInPage = sizeof(void*) == 4;
 
 }  // namespace
 
@@ -26,9 +28,12 @@ struct CellPass::Impl {
   const TileStore& store;
   const std::vector<std::uint32_t> cells;
   const CellPassOptions options;
-  std::size_t taken = 0, begin = 0, end = 0;    // cells: given out; of this pass
-  std::vector<std::unique_ptr<Assembly>> open;  // of this pass; nullptr: given out
-  std::vector<std::uint32_t> place;             // by cell: in `open`, or kNowhere
+  std::size_t taken = 0, begin = 0, end = 0;    // cells: given out; put together
+  std::vector<std::unique_ptr<Assembly>> open;  // of these; nullptr: given out
+  std::vector<std::uint32_t> place;             // by cell: its position in `cells`, or kNowhere
+  std::vector<std::size_t> groups;              // their first cells; empty: no segments wait
+  std::size_t group = 0;                        // of `begin`
+  std::optional<internal::WaitingSegments> waiting;
   std::vector<TileId> tiles;
   std::size_t tiles_taken = 0;
   std::optional<TilesAhead> ahead;
@@ -37,26 +42,79 @@ struct CellPass::Impl {
   Impl(const TileStore& s, std::vector<std::uint32_t> c, CellPassOptions o)
       : store(s), cells(std::move(c)), options(std::move(o)), place(s.cell_count(), kNowhere) {}
 
-  void beginPass() {
-    ahead.reset();
-    for (; begin < end; ++begin) place[cells[begin]] = kNowhere;
+  // The end of the cells from `from` on that fit, at least one.
+  std::size_t endOfCells(std::size_t from, std::uint64_t memory_bytes) const {
     std::uint64_t bytes = 0;
-    for (; end < cells.size(); ++end) {
-      const CellRecord& record = store.cell(cells[end]);
+    std::size_t to = from;
+    for (; to < cells.size(); ++to) {
+      const CellRecord& record = store.cell(cells[to]);
       bytes += kBytesACell + kBytesASample * std::max(record.samples, record.segments);
-      if (end > begin && bytes > options.memory_bytes) break;
+      if (to > from && bytes > memory_bytes) break;
     }
+    return to;
+  }
+
+  // Parts the cells into groups, if they do not fit. Half of the memory is for cells.
+  void makeGroups() {
+    if (kInPage || endOfCells(0, options.memory_bytes) == cells.size()) return;
+    for (std::size_t from = 0; from < cells.size(); from = endOfCells(from, options.memory_bytes / 2))
+      groups.push_back(from);
+    if (groups.size() * kGroupBytes > options.memory_bytes)
+      groups.clear();
+    else
+      waiting.emplace(groups.size(), options.memory_bytes / 2);
+  }
+
+  std::size_t groupOf(std::uint32_t cell) const {
+    return static_cast<std::size_t>(std::upper_bound(groups.begin(), groups.end(), place[cell]) - groups.begin()) - 1;
+  }
+
+  void beginPass() {
+    const bool is_first = begin == end;
+    if (is_first) makeGroups();
+    if (!groups.empty() && !is_first) {
+      while (tiles_taken < tiles.size()) takeTile();
+      ++group;
+    }
+    begin = end;
+    end = groups.empty()              ? endOfCells(begin, options.memory_bytes)
+          : group + 1 < groups.size() ? groups[group + 1]
+                                      : cells.size();
+    ahead.reset();
     open.clear();
     open.resize(end - begin);
-    runItems(open.size(), readsAtOnce(store), [&](std::size_t i) {
-      const internal::BackgroundReads background(true);
+    readAtOnce(open.size(), [&](std::size_t i) {
       const std::uint32_t cell = cells[begin + i];
       open[i] = std::make_unique<Assembly>(store, cell, store.loadCellDetail(cell), options.with_appearance);
     });
+    if (groups.empty() || is_first)
+      beginTiles(groups.empty() ? end : cells.size());
+    else
+      waiting->take(group, [this](TileId tile, std::span<const PassedSegment> of_cell) { add(tile, of_cell); });
+  }
+
+  template <typename Read>
+  void readAtOnce(std::size_t count, const Read& read) const {
+    runItems(count, readsAtOnce(store), [&](std::size_t i) {
+      const internal::BackgroundReads background(true);
+      read(i);
+    });
+  }
+
+  // Begins to read the tiles of the cells from `begin` to `last`.
+  void beginTiles(std::size_t last) {
+    constexpr std::size_t kLists = 1024;  // in memory at once
+    std::fill(place.begin(), place.end(), kNowhere);
     std::vector<bool> needed(store.tile_count());
-    for (std::size_t i = 0; i < open.size(); ++i) {
-      place[cells[begin + i]] = static_cast<std::uint32_t>(i);
-      for (const TileId tile : open[i]->tiles()) needed[tile] = true;
+    for (std::size_t i = begin; i < last; ++i) place[cells[i]] = static_cast<std::uint32_t>(i);
+    for (const auto& assembly : open)
+      for (const TileId tile : assembly->tiles()) needed[tile] = true;
+    std::vector<std::vector<TileId>> lists;
+    for (std::size_t i = end; i < last; i += lists.size()) {
+      lists.assign(std::min(kLists, last - i), {});
+      readAtOnce(lists.size(), [&](std::size_t k) { lists[k] = store.cellTiles(cells[i + k]); });
+      for (const auto& list : lists)
+        for (const TileId tile : list) needed[tile] = true;
     }
     tiles.clear();
     for (TileId tile = 0; tile < needed.size(); ++tile)
@@ -75,14 +133,24 @@ struct CellPass::Impl {
       const std::uint32_t cell = first->id.cell;
       auto last = first + 1;
       while (last != segments.cend() && last->id.cell == cell) ++last;
-      // As readCell(), which visits only the tiles that the cell names.
-      if (place[cell] != kNowhere)
-        if (Assembly* const to = open[place[cell]].get();
-            to != nullptr && std::binary_search(to->tiles().begin(), to->tiles().end(), id))
-          to->add(id, std::span(segments).subspan(static_cast<std::size_t>(first - segments.begin()),
-                                                  static_cast<std::size_t>(last - first)));
+      if (place[cell] != kNowhere) {
+        const std::span<const PassedSegment> of_cell =
+            std::span(std::as_const(segments))
+                .subspan(static_cast<std::size_t>(first - segments.cbegin()), static_cast<std::size_t>(last - first));
+        if (place[cell] < end)
+          add(id, of_cell);
+        else
+          waiting->add(groupOf(cell), id, of_cell);
+      }
       first = last;
     }
+  }
+
+  void add(TileId tile, std::span<const PassedSegment> of_cell) {
+    // As readCell(), which visits only the tiles that the cell names.
+    if (Assembly* const to = open[place[of_cell.front().id.cell] - begin].get();
+        to != nullptr && std::binary_search(to->tiles().begin(), to->tiles().end(), tile))
+      to->add(tile, of_cell);
   }
 
   CellGraph next() {

@@ -30,7 +30,7 @@ class SetCells final : public CellStream {
   SetCells(const TileSet& set, std::vector<std::uint32_t> cells, SetCellsOptions options = {});
 
   // Cells without a sample of the types are left out. Throws what CellPass throws. Memory and cost are those of
-  // CellPass: a pass over the tiles for each `memory_bytes` of cells, at 48 bytes a sample.
+  // CellPass.
   bool next(Cell& cell) override;
 
   // The sources of the cells, with their number of chosen cells. What was refused, skipped or remarked when the set was

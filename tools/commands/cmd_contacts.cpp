@@ -140,7 +140,7 @@ int runContacts(const ContactArguments& a) {
   if (counts_values)
     matrix.emplace(attributes, column, options.from, options.to,
                    options.from == options.to && options.from_types == options.to_types);
-  options.with_places = !matrix;
+  options.detail = matrix ? ContactOptions::Detail::kCounts : ContactOptions::Detail::kPlaces;
 
   Progress progress({.title = "contacts", .noun = "tiles"});
   options.check = [&](std::uint64_t done, std::uint64_t tiles) {

@@ -285,8 +285,8 @@ void addMeasure(CLI::App& app, Chosen& chosen) {
   command
       ->add_option(
           "--memory", a->memory,
-          "use at most this memory for the cells that are read at a time; with less than all need, tiles are read "
-          "several times (K, M, G: KiB, MiB, GiB)")
+          "use at most this memory for the cells that are read at a time; the rest waits in a file in $TMPDIR or /tmp, "
+          "14 bytes a segment (K, M, G: KiB, MiB, GiB)")
       ->type_name("BYTES")
       ->capture_default_str();
   command->add_option("--threads", a->threads, "use N threads; 0: one a core")

@@ -84,8 +84,9 @@ class PairSorter::Source {
   std::uint64_t cells_ = 0;
 };
 
-PairSorter::PairSorter(std::uint64_t memory_bytes, unsigned workers)
+PairSorter::PairSorter(std::uint64_t memory_bytes, unsigned workers, bool are_counted)
     : memory_bytes_(memory_bytes),
+      are_counted_(are_counted),
       page_bytes_(std::clamp<std::size_t>(memory_bytes / 8 / workers, 4096, 1 << 20)),
       most_pages_(std::max<std::size_t>(memory_bytes / 8 * 5 / workers / page_bytes_, 1)),
       buffers_(workers) {}
@@ -107,9 +108,9 @@ void PairSorter::add(std::size_t worker, std::span<ContactPair> pairs) {
 
 void PairSorter::keep(Buffer& buffer, std::span<const ContactPair> pairs) {
   std::uint8_t bytes[kMostBlockBytes];
-  const auto size = static_cast<std::size_t>(encodePairs(pairs, bytes + sizeof(PairBlock)) - bytes);
-  const PairBlock head{pairs[0].cell, static_cast<std::uint32_t>(pairs.size()),
-                       static_cast<std::uint32_t>(size - sizeof(PairBlock))};
+  const auto size = static_cast<std::size_t>(encodePairs(pairs, are_counted_, bytes + sizeof(PairBlock)) - bytes);
+  const PairBlock head{pairs[0].cell, static_cast<std::uint16_t>(pairs.size()),
+                       static_cast<std::uint16_t>(size - sizeof(PairBlock))};
   std::memcpy(bytes, &head, sizeof head);
   if (buffer.left < size) {
     if (buffer.pages.size() == most_pages_) spill(buffer);
@@ -178,7 +179,7 @@ void PairSorter::forEachCellPair(const std::function<void(std::span<const Contac
           throw InputError("cells " + std::to_string(head.cells[0]) + " and " + std::to_string(head.cells[1]) +
                            " have more than " + formatCount(most) +
                            " pairs of segments within the distance: give more memory, or a smaller distance");
-        decodePairs(head, source.bytes(), pairs);
+        decodePairs(head, source.bytes(), are_counted_, pairs);
       }
       if (!source.empty()) next.push(at);
     }

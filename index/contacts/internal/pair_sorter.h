@@ -17,7 +17,8 @@ namespace filiform::internal {
 
 class PairSorter {
  public:
-  PairSorter(std::uint64_t memory_bytes, unsigned workers);
+  // `are_counted`: as encodePairs() has it.
+  PairSorter(std::uint64_t memory_bytes, unsigned workers, bool are_counted);
 
   // Sorts the pairs. Few calls with many pairs of the same cells take the least memory. Thread rule: one thread a
   // worker. Throws IoError if the disk is full.
@@ -50,6 +51,7 @@ class PairSorter {
   void spill(Buffer& buffer);
 
   const std::uint64_t memory_bytes_;
+  const bool are_counted_;
   const std::size_t page_bytes_, most_pages_;  // most: of a worker
   std::vector<Buffer> buffers_;                // by worker
   std::mutex mutex_;

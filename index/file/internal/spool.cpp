@@ -16,10 +16,10 @@ constexpr std::uint64_t kReleased = UINT64_MAX;
 
 }  // namespace
 
-Spool::Spool(std::string folder, std::size_t block_bytes, std::uint64_t memory_bytes)
+Spool::Spool(std::string folder, std::size_t block_bytes, std::uint64_t memory_bytes, std::string content)
     : block_bytes_(block_bytes),
       memory_blocks_(folder.empty() ? UINT64_MAX : memory_bytes / block_bytes),
-      file_(std::move(folder), "the working file of ingest") {}
+      file_(std::move(folder), std::move(content)) {}
 
 std::uint64_t Spool::file_bytes() const {
   const std::lock_guard lock(mutex_);

@@ -18,8 +18,10 @@ class Spool {
   // Readers may load this number of bytes after the used bytes of a block.
   static constexpr std::size_t kSlack = 16;
 
-  // Creates the file in `folder` once more than `memory_bytes` are stored; with an empty name, never.
-  Spool(std::string folder, std::size_t block_bytes, std::uint64_t memory_bytes);
+  // Creates the file in `folder` once more than `memory_bytes` are stored; with an empty name, never. `content`: as of
+  // UnnamedFile.
+  Spool(std::string folder, std::size_t block_bytes, std::uint64_t memory_bytes,
+        std::string content = "the working file of ingest");
   Spool(const Spool&) = delete;
   Spool& operator=(const Spool&) = delete;
 

@@ -6,25 +6,23 @@
 #include <fcntl.h>
 
 namespace filiform::internal {
-namespace {
 
 std::string temporaryFolder() {
   const char* const folder = std::getenv("TMPDIR");
   return folder != nullptr && *folder != '\0' ? folder : "/tmp";
 }
 
-}  // namespace
-
 void UnnamedFile::fail(const char* what, int error_number) const {
-  if (!folder_.empty()) throw IoError(folder_, what + content_, error_number).asShortage();
-  throw IoError(temporaryFolder(), what + content_ + " (the folder of temporary files: TMPDIR names another)",
+  const bool is_temporary = folder_ == temporaryFolder();
+  throw IoError(folder_,
+                what + content_ + (is_temporary ? " (the folder of temporary files: TMPDIR names another)" : ""),
                 error_number)
       .asShortage();
 }
 
 void UnnamedFile::create() {
   if (file_.isOpen()) return;
-  std::string path = (folder_.empty() ? temporaryFolder() : folder_) + "/filiform-XXXXXX";
+  std::string path = folder_ + "/filiform-XXXXXX";
   file_ = Descriptor(::mkostemp(path.data(), O_CLOEXEC));
   if (!file_.isOpen()) fail("cannot hold ", errno);
   ::unlink(path.c_str());

@@ -10,11 +10,14 @@
 
 namespace filiform::internal {
 
+std::string temporaryFolder();  // $TMPDIR, or /tmp
+
 // Thread rule: thread-compatible; any number of threads may call read() and write(). Throws IoError, with isShortage().
 class UnnamedFile {
  public:
-  // `folder`: empty for that of temporary files, $TMPDIR or /tmp. `content`: what the file holds, for messages.
-  UnnamedFile(std::string folder, std::string content) : folder_(std::move(folder)), content_(std::move(content)) {}
+  // `folder`: empty for temporaryFolder(). `content`: what the file holds, for messages.
+  UnnamedFile(std::string folder, std::string content)
+      : folder_(folder.empty() ? temporaryFolder() : std::move(folder)), content_(std::move(content)) {}
 
   void create();  // call it before the others; later calls do nothing
   void write(std::uint64_t at, const void* from, std::size_t bytes) const;

@@ -371,16 +371,24 @@ TEST(Contacts, ManyPairsOfTwoCellsPassThroughTheFile) {
   EXPECT_NE(what.find("cells 0 and 1 have more than 65 536 pairs"), std::string::npos) << what;
 }
 
-TEST(Contacts, WithoutPlacesCellsAreNotRead) {
-  const auto store = storeOf(oddCells(5308), 50);
-  ContactOptions options = between(*store, 1);
-  const std::vector<ContactSite> with = sitesOf(*store, options);
-  options.with_places = false;
-  const std::vector<ContactSite> without = sitesOf(*store, options);
-  ASSERT_EQ(with.size(), without.size());
-  for (std::size_t i = 0; i < with.size(); ++i) {
-    EXPECT_EQ(with[i].sides[0].segment, without[i].sides[0].segment);
-    EXPECT_EQ(with[i].distance_um, without[i].distance_um);
+TEST(Contacts, LessDetailGivesTheSameSites) {
+  for (const std::uint64_t memory_bytes : {1ULL << 16, 1ULL << 30}) {
+    const auto store = storeOf(latticeCells(5308, 12, 300, 6), 50);
+    ContactOptions options = between(*store, 1);
+    options.memory_bytes = memory_bytes;
+    const std::vector<ContactSite> all = sitesOf(*store, options);
+    options.detail = ContactOptions::Detail::kSites;
+    const std::vector<ContactSite> sites = sitesOf(*store, options);
+    options.detail = ContactOptions::Detail::kCounts;
+    const std::vector<ContactSite> counted = sitesOf(*store, options);
+    ASSERT_EQ(all.size(), sites.size());
+    ASSERT_EQ(all.size(), counted.size());
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      EXPECT_EQ(all[i].sides[0].segment, sites[i].sides[0].segment);
+      EXPECT_EQ(all[i].distance_um, sites[i].distance_um);
+      EXPECT_EQ(all[i].pairs, counted[i].pairs);
+      for (const std::size_t side : {0, 1}) EXPECT_EQ(all[i].sides[side].cell, counted[i].sides[side].cell);
+    }
   }
 }
 

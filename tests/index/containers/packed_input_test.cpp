@@ -4,6 +4,7 @@
 #include "index/input/input.h"
 #include "tests/support/gzip_bytes.h"
 #include "tests/support/temp_folder.h"
+#include "tests/support/variable.h"
 
 #include <cstdint>
 #include <cstdlib>
@@ -177,13 +178,10 @@ TEST(Tar, ARenamedFileIsRefused) {
 
 TEST(Tar, APackedArchiveOfZerosLeavesASmallTemporaryFile) {
   const test::TempFolder folder, temporary;
-  const char* const before = std::getenv("TMPDIR");
-  const std::string kept = before == nullptr ? "" : before;
-  ::setenv("TMPDIR", temporary.path().c_str(), 1);
+  const test::Variable variable("TMPDIR", temporary.path());
   test::writeBytes(folder.file("bomb.tar.gz"), gzipped(buildTar({{"zeros.swc", std::string(20 << 20, '\0')}})));
   EXPECT_EQ(checkRowsOf(folder.file("bomb.tar.gz")), "bomb.tar.gz\trefuse\t0\t0\tzeros.swc\tE_NOT_TEXT:1\n");
   EXPECT_TRUE(std::filesystem::is_empty(temporary.path()));
-  before == nullptr ? ::unsetenv("TMPDIR") : ::setenv("TMPDIR", kept.c_str(), 1);
 }
 
 }  // namespace

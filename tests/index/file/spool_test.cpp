@@ -1,7 +1,7 @@
 #include "index/file/internal/spool.h"
 
 #include "index/errors.h"
-#include "index/ingest/tiling/internal/segment_chain.h"
+#include "index/tile/internal/segment_chain.h"
 #include "tests/support/scenes/random_cells.h"
 #include "tests/support/scenes/tile_invariants.h"
 #include "tests/support/temp_folder.h"

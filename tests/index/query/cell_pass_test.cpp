@@ -6,6 +6,8 @@
 #include "tests/support/scenes/memory_store.h"
 #include "tests/support/scenes/omitting_store.h"
 #include "tests/support/scenes/random_cells.h"
+#include "tests/support/variable.h"
+#include "tests/support/what_of.h"
 
 #include <algorithm>
 #include <cmath>
@@ -25,6 +27,9 @@ std::size_t owningTiles(const TileStore& store) {
   for (TileId tile = 0; tile < store.tile_count(); ++tile) tiles += store.entry(tile).owned > 0;
   return tiles;
 }
+
+// So little that the segments of some cells of a random column wait in a file.
+constexpr unsigned long long kGroupsWait = 100'000;
 
 std::vector<std::uint32_t> allCells(const TileStore& store) {
   std::vector<std::uint32_t> cells(store.cell_count());
@@ -59,7 +64,7 @@ TEST(CellPass, GivesWhatReadCellGivesInTheOrderAskedFor) {
     SCOPED_TRACE(named.name);
     const auto store = storeOf(named.cells, 30);
     for (const bool with_appearance : {true, false})
-      for (const std::uint64_t memory : {0ULL, 40'000ULL, 1ULL << 28}) {
+      for (const std::uint64_t memory : {0ULL, 40'000ULL, kGroupsWait, 1ULL << 28}) {
         std::vector<std::uint32_t> cells = allCells(*store);
         std::shuffle(cells.begin(), cells.end(), random);
         CellPass pass(*store, cells, {.with_appearance = with_appearance, .memory_bytes = memory, .threads = 2});
@@ -68,15 +73,15 @@ TEST(CellPass, GivesWhatReadCellGivesInTheOrderAskedFor) {
   }
 }
 
-TEST(CellPass, DecodesEachTileOnceIfTheCellsFitTheMemory) {
+TEST(CellPass, DecodesEachTileOnceUnlessThereIsHardlyAnyMemory) {
   const auto store = storeOf(test::randomColumn(83, 8, 300, 100), 30);
   std::size_t last = 0;
-  for (const std::uint64_t memory : {std::uint64_t{1} << 28, std::uint64_t{50'000}, std::uint64_t{0}}) {
+  for (const std::uint64_t memory : {1ULL << 28, kGroupsWait, 50'000ULL, 0ULL}) {
     const test::CountingStore counting(*store);
     CellPass pass(counting, allCells(*store), {.memory_bytes = memory});
     for (std::uint32_t cell = 0; cell < store->cell_count(); ++cell) pass.next();
-    if (last == 0) {
-      EXPECT_EQ(counting.loads().size(), owningTiles(*store));
+    if (memory >= kGroupsWait) {
+      EXPECT_EQ(counting.loads().size(), owningTiles(*store)) << memory;
     } else {
       EXPECT_GT(counting.loads().size(), last) << "less memory, more passes";
     }
@@ -85,6 +90,16 @@ TEST(CellPass, DecodesEachTileOnceIfTheCellsFitTheMemory) {
   std::size_t one_by_one = 0;
   for (std::uint32_t cell = 0; cell < store->cell_count(); ++cell) one_by_one += store->cellTiles(cell).size();
   EXPECT_EQ(last, one_by_one);
+}
+
+TEST(CellPass, SegmentsThatFindNoRoomEndIt) {
+  const auto store = storeOf(test::randomColumn(83, 8, 900, 100), 30);
+  const test::Variable folder("TMPDIR", "/nowhere/to/wait");
+  CellPass pass(*store, allCells(*store), {.memory_bytes = 200'000});
+  const std::string what = test::whatOf<IoError>([&] {
+    for (std::uint32_t cell = 0; cell < store->cell_count(); ++cell) pass.next();
+  });
+  EXPECT_NE(what.find("cannot hold the segments of cells"), std::string::npos) << what;
 }
 
 TEST(CellPass, AMissingSampleIsNeverSilent) {

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "index/file/internal/spool.h"
-#include "index/ingest/tiling/internal/segment_chain.h"
 #include "index/ranks/ranks.h"
+#include "index/tile/internal/segment_chain.h"
 
 #include <functional>
 #include <vector>

@@ -4,8 +4,8 @@
 #include "index/geometry/internal/key_sort.h"
 #include "index/geometry/partition.h"
 #include "index/ingest/tiling/internal/chunks.h"
-#include "index/ingest/tiling/internal/segment_chain.h"
 #include "index/ingest/tiling/landmarks.h"
+#include "index/tile/internal/segment_chain.h"
 
 #include <atomic>
 #include <cstddef>

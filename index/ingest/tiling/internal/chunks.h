@@ -6,7 +6,7 @@
 #pragma once
 
 #include "index/geometry/partition.h"
-#include "index/ingest/tiling/internal/segment_chain.h"
+#include "index/tile/internal/segment_chain.h"
 
 #include <cstdint>
 #include <functional>

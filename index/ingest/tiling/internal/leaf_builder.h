@@ -7,9 +7,9 @@
 
 #include "index/geometry/partition.h"
 #include "index/ingest/tiling/internal/leaf_content.h"
-#include "index/ingest/tiling/internal/segment_chain.h"
 #include "index/ingest/tiling/landmarks.h"
 #include "index/internal/memory_budget.h"
+#include "index/tile/internal/segment_chain.h"
 
 #include <cstdint>
 #include <functional>

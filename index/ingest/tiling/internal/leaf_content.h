@@ -2,7 +2,7 @@
 #pragma once
 
 #include "index/geometry/morton.h"
-#include "index/ingest/tiling/internal/segment_chain.h"
+#include "index/tile/internal/segment_chain.h"
 
 #include <cstddef>
 #include <cstdint>

@@ -95,7 +95,7 @@ BenchReport runContacts(const BenchOptions& options) {
   };
   decode();  // reads the files
   for (const bool with_places : {true, false}) {
-    contacts.with_places = with_places;
+    contacts.detail = with_places ? ContactOptions::Detail::kPlaces : ContactOptions::Detail::kCounts;
     options.progress(with_places ? "contact sites with places" : "contact sites without places");
     const double once_s = measureInChild(decode).cpu_s;
     const ChildCost cost = measureInChild([&] {

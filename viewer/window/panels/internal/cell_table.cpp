@@ -19,8 +19,6 @@ namespace {
 
 constexpr std::size_t kAttributesShown = 4;            // at first
 constexpr std::uint64_t kMeasuredUnasked = 2'000'000;  // segments
-constexpr std::uint64_t kBytesAPass = 256 << 20;       // of CellPassOptions
-constexpr std::uint64_t kBytesASample = 48;            // as CellPass counts
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 std::string numberText(double value, bool is_count) {
@@ -190,11 +188,7 @@ void CellTable::measure() {
     lowerPriority();
     try {
       const std::vector<std::uint32_t> cells = presentCells(store_, now->stop);
-      std::uint64_t bytes = 0;
-      for (const std::uint32_t cell : cells) bytes += kBytesASample * store_.cell(cell).samples;
-      // Each pass of CellPass reads about all tiles.
-      const double steps = static_cast<double>(store_.tile_count()) * static_cast<double>(bytes / kBytesAPass + 1) +
-                           static_cast<double>(cells.size()) / 8;
+      const double steps = static_cast<double>(store_.tile_count()) + static_cast<double>(cells.size()) / 8;
       double done = 0;
       auto values = std::make_shared<Values>(features().size(), std::vector<double>(store_.cell_count(), kNone));
       measureCells(store_, cells,

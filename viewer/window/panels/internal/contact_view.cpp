@@ -29,7 +29,7 @@ void ContactView::find(std::uint32_t cell, double within_um) {
     std::vector<Site> sites;
     std::string error;
     try {
-      ContactOptions options{.within_um = within_um, .from = {cell}, .with_places = false};
+      ContactOptions options{.within_um = within_um, .from = {cell}, .detail = ContactOptions::Detail::kSites};
       options.to = presentCells(store_, now->stop);
       std::erase(options.to, cell);
       options.memory_bytes = kMemory_bytes;

@@ -1,4 +1,4 @@
-#include "index/ingest/tiling/internal/segment_chain.h"
+#include "index/tile/internal/segment_chain.h"
 
 #include <algorithm>
 #include <array>
