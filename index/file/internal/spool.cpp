@@ -45,7 +45,7 @@ Spool::Buffer Spool::buffer() {
       return buffer;
     }
   }
-  Buffer buffer = std::make_unique_for_overwrite<std::uint8_t[]>(block_bytes_ + kSlack);
+  Buffer buffer(new std::uint8_t[block_bytes_ + kSlack]);
   populate(buffer.get(), block_bytes_);
   return buffer;
 }
