@@ -175,6 +175,28 @@ TEST_F(Renderers, OfALargeHighlightTheThickestSegmentsAreDrawn) {
   EXPECT_EQ(figures_.lines, 0u);
 }
 
+// A neurite between the eye and the depth at which neurites have faded away. A neurite that ends there costs its visible
+// part.
+TEST_F(Renderers, NeuritesThatHaveFadedAwayShadeNothing) {
+  if (!epoxy_has_gl_extension("GL_ARB_pipeline_statistics_query")) GTEST_SKIP() << "the driver does not count shading";
+  GLuint query = 0;
+  glGenQueries(1, &query);
+  const auto shaded = [&](std::initializer_list<std::array<double, 8>> list) {
+    renderer_.put(1, neurites(list, kRed, Vector3d::Zero()));
+    draw(camera_, {.clear_end_um = 60, .clear_begin_um = 80});
+    glBeginQuery(GL_FRAGMENT_SHADER_INVOCATIONS_ARB, query);
+    draw(camera_, {.clear_end_um = 60, .clear_begin_um = 80});
+    glEndQuery(GL_FRAGMENT_SHADER_INVOCATIONS_ARB);
+    GLuint count = 0;
+    glGetQueryObjectuiv(query, GL_QUERY_RESULT, &count);
+    return static_cast<double>(count);
+  };
+  const double none = shaded({{0, 0, 200, 5, 0, 0, 210, 5}});  // behind the eye
+  EXPECT_EQ(shaded({{0, 0, 95, 5, 0, 0, 50, 5}}), none);
+  EXPECT_LT(shaded({{0, 0, 95, 5, 0, 0, 30, 5}}), none + 0.15 * 4 * size_.width * size_.height);
+  glDeleteQueries(1, &query);
+}
+
 // Each cone covers the whole picture: a part of many such cones would take seconds.
 TEST_F(Renderers, APartOfAPictureIsNoLongerThanItsTime) {
   NeuriteBatch batch = neurites({{-300, 0, 0, 40, 300, 0, 0, 40}}, kRed, Vector3d::Zero());

@@ -12,6 +12,7 @@ uniform float near_um;
 uniform float least_px;
 uniform float halo_px;
 uniform vec2 halo_radii;  // px: no halo below the first radius, a full one above the second
+uniform vec2 clearing;    // um: neurites get thinner from the second depth to nothing at the first
 
 flat out vec4 ends_px;   // of a and b, from the middle of the picture
 flat out vec4 radii;     // of a and b in pixels as drawn, then in um as given
@@ -25,17 +26,18 @@ vec2 pixel(vec3 p) { return vec2(lens.x * p.x + lens.y * p.z, lens.z * p.y + len
 void main() {
   vec3 p = rotation_VW * a.xyz + origin_V, q = rotation_VW * b.xyz + origin_V;
   vec2 radius_um = vec2(a.w, b.w);
-  if (-p.z < near_um && -q.z < near_um) {
+  float begin_um = max(near_um, clearing.x);
+  if (-p.z < begin_um && -q.z < begin_um) {
     gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
     return;
   }
   axis_V = q == p ? vec3(0.0) : normalize(q - p);
-  if (-p.z < near_um) {
-    float t = (-near_um - p.z) / (q.z - p.z);
+  if (-p.z < begin_um) {
+    float t = (-begin_um - p.z) / (q.z - p.z);
     p = mix(p, q, t);
     radius_um.x = mix(radius_um.x, radius_um.y, t);
-  } else if (-q.z < near_um) {
-    float t = (-near_um - q.z) / (p.z - q.z);
+  } else if (-q.z < begin_um) {
+    float t = (-begin_um - q.z) / (p.z - q.z);
     q = mix(q, p, t);
     radius_um.y = mix(radius_um.y, radius_um.x, t);
   }
@@ -49,7 +51,7 @@ void main() {
   vec2 along = b_px - a_px;
   float length_px = length(along);
   along = length_px > 1e-4 ? along / length_px : vec2(1.0, 0.0);
-  float thickest_px = max(r_px.x, r_px.y);
+  float thickest_px = max(r_px.x, r_px.y) * smoothstep(clearing.x, clearing.y, max(depths.x, depths.y));
   float room = thickest_px + halo_px * smoothstep(halo_radii.x, halo_radii.y, thickest_px) + 1.0;
   vec2 corner = ((gl_VertexID & 1) == 0 ? a_px - room * along : b_px + room * along) +
                 ((gl_VertexID & 2) == 0 ? -room : room) * vec2(-along.y, along.x);
