@@ -50,7 +50,7 @@ namespace {
 struct RenderArguments {
   std::shared_ptr<const RemoteArguments> remote;
   std::string scene, out, camera, size = "1280x800", stereo = "mono", colour_by = "cell", proxy, at,
-                                  palette = "red-green", theme = "dark", highlight, path, cell, route = "longest",
+                                  palette = "red-green", theme = "dark", highlight, path, cell, gpu, route = "longest",
                                   method = "climb";
   double zoom_um = 300, widening = 1, separation = 1, error_px = Levels::kEnough_px;
   std::uint64_t segments = 2'000'000;
@@ -311,7 +311,7 @@ int runRender(const RenderArguments& a) {
     levels = Levels::open(*set);
     store = std::move(set);
   }
-  const auto context = makeOffscreenContext();
+  const auto context = makeOffscreenContext(a.gpu);
   Renderer renderer(*context);
   SceneView scene(*store, levels.get(), renderer);
   std::string out = a.out;
@@ -459,6 +459,10 @@ void addRender(CLI::App& app, Chosen& chosen) {
   command->add_option("--samples", a->samples, "samples across a pixel, against jagged edges")
       ->capture_default_str()
       ->check(CLI::Range(1, 4));
+  command
+      ->add_option("--gpu", a->gpu,
+                   "draw with graphics card N, from 0, or with software; default: a card if there is one")
+      ->type_name("N|software");
   command->add_flag("--all", a->all, "frame the whole scene, also the few segments that lie far from all others");
   command->add_flag("--json", a->json, "write what was drawn as one JSON object");
   a->remote = addRemoteArguments(*command);

@@ -39,8 +39,9 @@ std::string describeCurrentContext();
 // True for a renderer that runs on the processor: a picture of a million segments then takes seconds.
 bool isSoftwareRenderer(const std::string& description);
 
-// Makes a context by EGL, without a display, and makes it current. Uses Mesa's surfaceless platform if there is one,
-// else the first graphics card that EGL lists. Throws GraphicsError.
-std::unique_ptr<GraphicsContext> makeOffscreenContext();
+// Makes a context by EGL, without a display, and makes it current. `gpu`: the number of a graphics card in EGL's list,
+// from 0; "software": draw with the processor; empty: the first card that can, else the processor. Throws UsageError
+// for another text, GraphicsError.
+std::unique_ptr<GraphicsContext> makeOffscreenContext(const std::string& gpu = "");
 
 }  // namespace filiform

@@ -1,7 +1,10 @@
 // Without a window, by EGL.
+#include "index/count_text.h"
+#include "index/text.h"
 #include "viewer/gl/graphics_context.h"
 
 #include <array>
+#include <charconv>
 #include <dlfcn.h>
 #include <epoxy/egl.h>
 #include <epoxy/gl.h>
@@ -32,10 +35,10 @@ void requireLibraries() {
 
 class OffscreenContext final : public GraphicsContext {
  public:
-  OffscreenContext() {
+  explicit OffscreenContext(const std::string& gpu) {
     requireLibraries();
     std::string why = "EGL lists no device";
-    for (const EGLDisplay display : displays()) {
+    for (const EGLDisplay display : displays(gpu)) {
       if (open(display, why)) {
         watchGraphicsErrors();
         return;
@@ -59,23 +62,42 @@ class OffscreenContext final : public GraphicsContext {
   std::string description() const override { return describeCurrentContext(); }
 
  private:
-  static std::vector<EGLDisplay> displays() {
-    std::vector<EGLDisplay> list;
-    const auto add = [&](EGLenum platform, void* native) {
+  // Those to try, the best one first.
+  static std::vector<EGLDisplay> displays(const std::string& gpu) {
+    std::vector<EGLDisplay> cards, software;
+    const auto addTo = [](std::vector<EGLDisplay>& list, EGLenum platform, void* native) {
       const EGLDisplay display = eglGetPlatformDisplayEXT(platform, native, nullptr);
       if (display != EGL_NO_DISPLAY) list.push_back(display);
     };
-    if (!epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_platform_base")) return list;
-    if (epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_MESA_platform_surfaceless"))
-      add(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY);
-    if (epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_platform_device") &&
+    const bool lists = epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_platform_base");
+    if (lists && epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_platform_device") &&
         epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_device_enumeration")) {
       std::array<EGLDeviceEXT, 16> devices{};
       EGLint count = 0;
-      if (eglQueryDevicesEXT(static_cast<EGLint>(devices.size()), devices.data(), &count) == EGL_TRUE)
-        for (EGLint i = 0; i < count; ++i) add(EGL_PLATFORM_DEVICE_EXT, devices[static_cast<std::size_t>(i)]);
+      if (eglQueryDevicesEXT(static_cast<EGLint>(devices.size()), devices.data(), &count) != EGL_TRUE) count = 0;
+      for (EGLint i = 0; i < count; ++i) {
+        const EGLDeviceEXT device = devices[static_cast<std::size_t>(i)];
+        const char* const can = eglQueryDeviceStringEXT(device, EGL_EXTENSIONS);
+        const bool is_software =
+            can != nullptr && std::string(can).find("EGL_MESA_device_software") != std::string::npos;
+        addTo(is_software ? software : cards, EGL_PLATFORM_DEVICE_EXT, device);
+      }
     }
-    return list;
+    if (lists && epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_MESA_platform_surfaceless"))
+      addTo(gpu.empty() && cards.empty() ? cards : software, EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY);
+    if (gpu == "software") return software;
+    if (gpu.empty()) {
+      cards.insert(cards.end(), software.begin(), software.end());
+      return cards;
+    }
+    std::size_t number = 0;
+    const auto [end, error] = std::from_chars(gpu.data(), gpu.data() + gpu.size(), number);
+    if (error != std::errc() || end != gpu.data() + gpu.size())
+      throw UsageError("--gpu " + inShort(gpu) + ": give the number of a graphics card, from 0, or software");
+    if (number >= cards.size())
+      throw UsageError("--gpu " + gpu + ": EGL lists " + counted(cards.size(), "graphics card") +
+                       (cards.empty() ? "; leave it out, or give software" : "; the first one is 0"));
+    return {cards[number]};
   }
 
   bool open(EGLDisplay display, std::string& why) {
@@ -112,6 +134,8 @@ class OffscreenContext final : public GraphicsContext {
 
 }  // namespace
 
-std::unique_ptr<GraphicsContext> makeOffscreenContext() { return std::make_unique<OffscreenContext>(); }
+std::unique_ptr<GraphicsContext> makeOffscreenContext(const std::string& gpu) {
+  return std::make_unique<OffscreenContext>(gpu);
+}
 
 }  // namespace filiform
