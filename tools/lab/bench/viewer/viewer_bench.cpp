@@ -5,10 +5,9 @@
 #include "solver/travel/places/place_finder.h"
 #include "solver/travel/session/session.h"
 #include "solver/workspace/workspace.h"
-#include "tools/lab/bench/index/dense_cells.h"
+#include "tools/lab/bench/viewer/stage.h"
 #include "tools/lab/bench/workloads.h"
 #include "viewer/gl/frame_governor.h"
-#include "viewer/gl/scene_view.h"
 
 #include <algorithm>
 #include <array>
@@ -27,47 +26,6 @@ namespace filiform::tools {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-
-// Processor time of all threads of the program: the cost of a frame on a busy machine.
-double cpu_ms() {
-  timespec now{};
-  ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
-}
-
-// Everything that draws, opened as the program opens it.
-struct Stage {
-  explicit Stage(const std::string& path)
-      : set(TileSet::open(path)),
-        levels(Levels::open(*set)),
-        context(makeOffscreenContext()),
-        renderer(*context),
-        scene(*set, levels.get(), renderer) {}
-
-  // Draws one frame and waits for its last pixel; ms.
-  double frame(const SceneFrame& wanted) {
-    const Clock::time_point start = Clock::now();
-    const double cpu_start_ms = cpu_ms();
-    figures = scene.draw(wanted);
-    renderer.finish();
-    frame_cpu_ms = cpu_ms() - cpu_start_ms;
-    return since_ms(start);
-  }
-  void settle(const SceneFrame& wanted) {
-    do {
-      frame(wanted);
-      if (figures.pending > 0) scene.waitForTiles(0.1);
-    } while (figures.pending > 0);
-  }
-
-  std::unique_ptr<TileSet> set;
-  std::unique_ptr<Levels> levels;
-  std::unique_ptr<GraphicsContext> context;
-  Renderer renderer;
-  SceneView scene;
-  SceneFigures figures;
-  double frame_cpu_ms = 0;  // of the last frame
-};
 
 Camera overviewOf(const SceneView& scene, const SceneFrame& frame, double yaw_rad) {
   return overview(scene.lo_W(), scene.hi_W(), yaw_rad, 0.2, frame.size.aspect());
@@ -340,19 +298,8 @@ void measureLoop(const std::string& path, const BenchOptions& options, const Sce
 
 BenchReport runViewer(const BenchOptions& options) {
   BenchReport report;
-  std::optional<WorkFolder> folder;
-  std::string path = options.scene;
-  if (path.empty()) {
-    const std::uint64_t segments = options.segments != 0 ? options.segments : options.quick ? 20'000 : 2'000'000;
-    options.progress("a set of " + std::to_string(segments) + " segments");
-    const std::vector<Cell> library = morphologyLibrary(options.corpus, options.quick ? 4 : 60, options.seed);
-    folder.emplace(options.out, "viewer");
-    path = folder->path() + "/set.fil";
-    DenseCells cells(library, segments, 0.1, options.seed);
-    IngestOptions ingest_options;
-    ingest_options.levels = true;
-    ingest(cells, path, ingest_options);
-  }
+  const BenchScene scene(options);
+  const std::string& path = scene.path();
   SceneFrame base;
   if (options.quick) base.size = {160, 100};
   {
@@ -373,6 +320,7 @@ BenchReport runViewer(const BenchOptions& options) {
     measureCulling(stage, options, base, report);
   }
   measureStreaming(path, options, base, report);
+  measureMotion(path, options, base, report);
   measureStart(path, options, base, report);
   measureLoop(path, options, base, report);
   return report;
@@ -381,7 +329,8 @@ BenchReport runViewer(const BenchOptions& options) {
 }  // namespace
 
 void addViewerWorkloads(std::vector<Workload>& all) {
-  all.push_back({"viewer", "frames, culling, streaming, the first picture, the loop beside it", runViewer});
+  all.push_back({"viewer", "frames, culling, streaming, motion, the first picture, the loop beside it", runViewer});
+  all.push_back({"motion", "frames in motion: times, errors, calls of OpenGL, bytes, shaded fragments", runMotion});
 }
 
 }  // namespace filiform::tools
