@@ -11,6 +11,8 @@ constexpr std::uint64_t kFirstSegments = 200'000, kFirstMovingSegments = 50'000;
 constexpr double kFine = 6;
 // Or only twice as much where neurites are thick: the first picture in motion is not to be late.
 constexpr double kLeastFine = 2;
+// Of each picture in motion that was in time: the number of segments that was too large grows.
+constexpr double kForgets = 1.002;
 
 std::uint64_t times(std::uint64_t count, double factor) {
   return static_cast<std::uint64_t>(static_cast<double>(count) * factor);
@@ -28,11 +30,18 @@ FrameGovernor::FrameGovernor(std::uint64_t segments)
   budget_.moving_part_ms = kLate_ms;
 }
 
+SceneBudget FrameGovernor::budgetFor(const PictureSize& size, double scale) const {
+  SceneBudget budget = budget_;
+  if (scale >= 2 || std::int64_t{size.width} * size.height > kManyPixels) budget.samples = budget.moving_samples = 1;
+  return budget;
+}
+
 void FrameGovernor::drew(const SceneFigures& figures) {
-  if (figures.expected_ms > 0) return drewMoving(figures.expected_ms, budget_.moving_segments);
+  if (figures.expected_ms > 0) return drewMoving(figures.expected_ms, budget_.moving_segments, figures);
   if (!figures.redrawn || !(figures.picture_ms > 0)) return;
-  if (figures.moving) return drewMoving(figures.picture_ms, figures.segments);
+  if (figures.moving) return drewMoving(figures.picture_ms, figures.segments, figures);
   rest_ms_ = figures.picture_ms;
+  too_many_ = INFINITY;
   const double fine = budget_.moving_samples > 1 ? 1 : kLeastFine;
   if (const double all = fine * static_cast<double>(figures.segments) * kMoving_ms / rest_ms_;
       all < static_cast<double>(budget_.moving_segments))
@@ -41,28 +50,37 @@ void FrameGovernor::drew(const SceneFigures& figures) {
   if (!fixed_ && figures.limited && rest_ms_ < kRest_ms / 2) budget_.segments = std::min(most_, 2 * budget_.segments);
 }
 
-void FrameGovernor::drewMoving(double ms, std::uint64_t segments) {
+void FrameGovernor::drewMoving(double ms, std::uint64_t segments, const SceneFigures& figures) {
+  const double error_px = figures.error_px;
   if (!fixed_ && rest_ms_ > kRest_ms)
     budget_.segments = std::max(kLeastSegments, times(budget_.segments, kRest_ms / rest_ms_));
   rest_ms_ = 0;
-  if (ms > kMoving_ms) {
+  // A finer picture costs more: it takes the time of a coarse one until its error is well below the bound.
+  const double most_ms = error_px > kGood_px / 2 ? kCoarse_ms : kMoving_ms;
+  if (ms > most_ms) {
     if (budget_.moving_samples > 1) {
       budget_.moving_samples = 1;
       budget_.moving_shade = false;
       return;
     }
-    const double factor = std::clamp(0.8 * kMoving_ms / ms, 0.25, 0.8);
+    too_many_ = std::min(too_many_, static_cast<double>(segments));
+    const double factor = std::clamp(0.8 * most_ms / ms, 0.25, 0.8);
     budget_.moving_segments = std::max(kLeastSegments, std::min(budget_.moving_segments, times(segments, factor)));
     // The smallest picture is drawn to its end, however the view moves.
     budget_.moving_part_ms = budget_.moving_segments > kLeastSegments ? kLate_ms : INFINITY;
     return;
   }
   budget_.moving_part_ms = kLate_ms;
-  if (ms < kMoving_ms / kFine && budget_.moving_samples == 1) {
+  too_many_ *= kForgets;
+  if (ms < kMoving_ms / kFine && budget_.moving_samples == 1 && error_px <= kGood_px) {
     budget_.moving_samples = budget_.samples;
     budget_.moving_shade = true;
-  } else if (ms < kMoving_ms / 2 && 2 * segments > budget_.moving_segments) {
-    budget_.moving_segments = std::min({most_, budget_.segments, 3 * budget_.moving_segments / 2});
+  } else if ((figures.limited || 2 * segments > budget_.moving_segments) &&
+             ms < (error_px > kGood_px ? kCoarse_ms : kMoving_ms) / 2) {
+    const double more = std::min(1.5 * static_cast<double>(budget_.moving_segments), 0.9 * too_many_);
+    const std::uint64_t most = std::min(most_, budget_.segments);
+    if (more > static_cast<double>(budget_.moving_segments))
+      budget_.moving_segments = more < static_cast<double>(most) ? static_cast<std::uint64_t>(more) : most;
   }
 }
 

@@ -320,7 +320,7 @@ class Application::Impl {
     frame.stereo = settings_.stereo;
     frame.eyes.gain = settings_.separation;
     frame.eyes.widening = settings_.widening;
-    frame.budget = governor_.budget();
+    frame.budget = governor_.budgetFor(size_, window_.scale() / settings_.interface_scale);
     frame.frozen = actions_.isFrozen();
     frame.overlay_scale = window_.scale();
     const int times = actions_.takePicture();

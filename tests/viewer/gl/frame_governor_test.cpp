@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -40,6 +41,44 @@ TEST(FrameGovernors, MotionKeepsItsTimeAtAnySpeed) {
       EXPECT_EQ(governor.budget().moving_samples, governor.budget().samples) << us;
     }
   }
+}
+
+// A picture of which a part is wrong by many pixels uses 100 ms, a good one 50.
+TEST(FrameGovernors, CoarsePicturesInMotionHaveMoreTime) {
+  constexpr double kUs = 2;
+  for (const double error_px : {30.0, 1.0}) {
+    FrameGovernor governor;
+    std::vector<double> times;
+    for (int i = 0; i < 200; ++i) {
+      SceneFigures figures = draw(governor, true, kUs);
+      figures.error_px = error_px;
+      governor.drew(figures);
+      if (i > 20) times.push_back(figures.picture_ms);
+    }
+    const double most_ms = error_px > FrameGovernor::kGood_px ? FrameGovernor::kCoarse_ms : FrameGovernor::kMoving_ms;
+    EXPECT_LE(*std::max_element(times.begin(), times.end()), most_ms);
+    EXPECT_GE(*std::min_element(times.begin(), times.end()), most_ms / 2) << error_px;
+  }
+}
+
+// Tiles are large: a budget that is little used may still be too small for finer ones.
+TEST(FrameGovernors, ABudgetThatIsTooSmallForFinerTilesGrows) {
+  FrameGovernor governor(2'000'000);
+  SceneFigures figures = draw(governor, true, 0.1);
+  figures.segments = 300;
+  figures.picture_ms = 15;
+  figures.error_px = 200;
+  for (int i = 0; i < 40; ++i) governor.drew(figures);
+  EXPECT_GT(governor.budget().moving_segments, 1'000'000u);
+}
+
+TEST(FrameGovernors, SmallOrManyPixelsHaveOneSample) {
+  const FrameGovernor governor;
+  EXPECT_EQ(governor.budgetFor({1280, 800}, 1).samples, governor.budget().samples);
+  EXPECT_EQ(governor.budgetFor({1280, 800}, 1.5).samples, governor.budget().samples);
+  EXPECT_EQ(governor.budgetFor({2560, 1600}, 2).samples, 1);
+  EXPECT_EQ(governor.budgetFor({8192, 8192}, 1).samples, 1);
+  EXPECT_EQ(governor.budgetFor({8192, 8192}, 1).moving_samples, 1);
 }
 
 TEST(FrameGovernors, RestGrowsAndShrinksInMotionOnly) {

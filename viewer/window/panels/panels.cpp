@@ -39,6 +39,8 @@ using internal::violet;
 using internal::write;
 using internal::writeIn;
 
+// Above this error the picture is called coarse.
+constexpr double kCoarse_px = 100;
 constexpr double kForceWidth = 260, kStatusColumn = 82;  // times the scale
 
 void drawStatus(const PanelData& d, bool beside_force) {
@@ -61,8 +63,8 @@ void drawStatus(const PanelData& d, bool beside_force) {
   if (d.show_force) row("force", format("%.2f N", d.force_N));
   row("measure", d.measure);
   std::string drawn = counted(d.segments, "segment");
-  if (std::isinf(d.error_px))
-    drawn += ", coarse near the camera";
+  if (d.error_px > kCoarse_px)
+    drawn += ", coarse";
   else if (d.error_px > 0)
     drawn += format(", error %.1f px", d.error_px);
   row("drawn", drawn);
