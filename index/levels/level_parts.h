@@ -39,6 +39,7 @@ struct LevelView {
   // Pixels for an angle of one radian. If orthographic: pixels for one um; the distance then has no effect.
   double pixels_per_rad = 1000;
   bool orthographic = false;
+  double nearest_um = 0;  // nothing nearer to the eye is seen: errors there count as if at this distance
 };
 
 // One chosen tile.

@@ -166,7 +166,7 @@ double Levels::Impl::errorOnScreen(const LevelPart& part, const LevelView& view)
   if (view.orthographic) return error_um * view.pixels_per_rad;
   const GridBox& box = tree->box(part.tile);
   const Vector3d lo = set.grid().toWorld(box.lo), hi = set.grid().toWorld(box.hi);
-  const double distance = (lo - view.eye_W).cwiseMax(view.eye_W - hi).cwiseMax(0.0).norm();
+  const double distance = std::max((lo - view.eye_W).cwiseMax(view.eye_W - hi).cwiseMax(0.0).norm(), view.nearest_um);
   return distance > 0 ? error_um / distance * view.pixels_per_rad : std::numeric_limits<double>::infinity();
 }
 

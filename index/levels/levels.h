@@ -47,8 +47,8 @@ class Levels {
   static constexpr LevelId kRoots = kLevelRoots;
 
   // The error of a level tile on the screen, in pixels: of its segments, or the size of the pixels that hide others.
-  // Never 0, so that `enough_px` = 0 asks for full resolution. Infinite if the eye is inside the tile's box and the
-  // view is not orthographic.
+  // Never 0, so that `enough_px` = 0 asks for full resolution. Infinite if the eye is inside the tile's box, the
+  // view is not orthographic and `nearest_um` is 0.
   double errorOnScreen(LevelId level, const LevelView& view) const;
 
   // Chooses tiles that together show each place in the view once. Starts with the coarsest tile. While the segments

@@ -118,6 +118,7 @@ struct Renderer::Impl {
   bool quad_buffer = false;  // the last picture is one
   GLuint nothing = 0;        // empty vertex array of the composing pass
   GLint largest_texture = 0;
+  bool has_base_instance = false;  // a piece then needs no pointers of its own
   std::uint64_t bytes = 0;
   Job job;
 
@@ -137,6 +138,9 @@ Renderer::Renderer(GraphicsContext& context) {
   impl_ = std::make_unique<Impl>();
   glGenVertexArrays(1, &impl_->nothing);
   glGetIntegerv(GL_MAX_TEXTURE_SIZE, &impl_->largest_texture);
+#ifdef GL_ARB_base_instance
+  impl_->has_base_instance = epoxy_has_gl_extension("GL_ARB_base_instance");
+#endif
 }
 
 Renderer::~Renderer() {
@@ -273,8 +277,19 @@ void Renderer::Impl::drawPieces(std::size_t eye, std::size_t most_segments) {
     program.set("origin_V", job.views[eye].toView(piece.batch->origin_W()));
     if (piece.from == CardBatch::From::ribbons || piece.from == CardBatch::From::lines)
       program.set("pixel_um", piece.batch->pixel_um());
-    piece.batch->bindFrom(piece.from, piece.first + job.drawn_segments);
-    glDrawArraysInstanced(is_flat ? GL_TRIANGLES : GL_TRIANGLE_STRIP, 0, is_flat ? 12 : 4, static_cast<GLsizei>(count));
+    const std::size_t first = piece.first + job.drawn_segments;
+    const GLenum shape = is_flat ? GL_TRIANGLES : GL_TRIANGLE_STRIP;
+    const GLsizei corners = is_flat ? 12 : 4;
+#ifdef GL_ARB_base_instance
+    if (has_base_instance) {
+      piece.batch->bindFrom(CardBatch::From::cones, 0);
+      glDrawArraysInstancedBaseInstance(shape, 0, corners, static_cast<GLsizei>(count), static_cast<GLuint>(first));
+    } else
+#endif
+    {
+      piece.batch->bindFrom(piece.from, first);
+      glDrawArraysInstanced(shape, 0, corners, static_cast<GLsizei>(count));
+    }
     most_segments -= count;
     job.drawn_segments += count;
     job.all_drawn += count;
@@ -345,7 +360,7 @@ RenderFigures Renderer::Impl::start(const std::array<EyeView, 2>& views, const R
   RenderFigures figures;
   for (std::size_t eye = 0; eye < job.eyes; ++eye) {
     const RenderFigures listed = listPieces(views[eye], {job.eye_size.width * samples, job.eye_size.height * samples},
-                                            samples, options.most_highlighted, batches, job.pieces[eye]);
+                                            samples, options, batches, job.pieces[eye]);
     if (eye == 0) figures = listed;
     for (const Piece& piece : job.pieces[eye]) job.all_segments += piece.count;
   }

@@ -208,7 +208,7 @@ void SceneView::Impl::prepare(const SceneFrame& f, bool whole) {
   views = stereoViews(fitted, eye.aspect(), ratio, f.eyes.widening);
 
   if (!f.frozen || !tiles.hasChosen()) {
-    const LevelView view = levelView(viewForBothEyes(views[0], fitted.eye_W, ratio), eye);
+    const LevelView view = levelView(viewForBothEyes(views[0], fitted.eye_W, ratio), eye, options.clear_end_um);
     const std::uint64_t most = moving ? f.budget.moving_segments : f.budget.segments;
     changed |= tiles.choose(view, fitted.focus_W(), most, f.budget.enough_px, !whole, f.time_s);
   }

@@ -152,11 +152,12 @@ RayQuery pickRay(const EyeView& view, double x, double y, const PictureSize& siz
   return ray;
 }
 
-LevelView levelView(const EyeView& view, const PictureSize& size) {
+LevelView levelView(const EyeView& view, const PictureSize& size, double nearest_um) {
   const Frustum& f = view.frustum;
   LevelView levels;
   levels.eye_W = view.eye_W;
   levels.pixels_per_rad = pixelsPerRadian(f, size);
+  levels.nearest_um = std::max(nearest_um, f.near_um);
   const auto add = [&](const Vector3d& inwards_V, double least) {
     const Vector3d n = view.rotation_VW.transpose() * inwards_V;
     levels.planes.push_back({n, n.dot(view.eye_W) + least});
@@ -166,7 +167,7 @@ LevelView levelView(const EyeView& view, const PictureSize& size) {
   add(Vector3d(-f.near_um, 0, -f.right).normalized(), 0);
   add(Vector3d(0, f.near_um, f.bottom).normalized(), 0);
   add(Vector3d(0, -f.near_um, -f.top).normalized(), 0);
-  add(-Vector3d::UnitZ(), f.near_um);
+  add(-Vector3d::UnitZ(), levels.nearest_um);
   add(Vector3d::UnitZ(), -f.far_um);
   return levels;
 }

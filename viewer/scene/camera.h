@@ -87,7 +87,8 @@ double pixelsPerRadian(const Frustum& frustum, const PictureSize& size);
 // The line of sight through the pixel position (x, y), with a tolerance of `tolerance_px`.
 RayQuery pickRay(const EyeView& view, double x, double y, const PictureSize& size, double tolerance_px = 4);
 
-// For the choice of tiles: the six planes of the frustum, and the pixels per radian.
-LevelView levelView(const EyeView& view, const PictureSize& size);
+// For the choice of tiles: the six planes of the frustum, and the pixels per radian. Nothing nearer than `nearest_um`
+// is seen.
+LevelView levelView(const EyeView& view, const PictureSize& size, double nearest_um = 0);
 
 }  // namespace filiform

@@ -35,10 +35,11 @@ class GoldenPictures : public ::testing::Test {
   }
 
   // Draws the picture, and compares it with the file or renews the file.
-  Picture check(const std::string& name, SceneFrame&& frame) {
+  Picture check(const std::string& name, SceneFrame&& frame) { return check(name, std::move(frame), *store_); }
+  Picture check(const std::string& name, SceneFrame&& frame, const TileStore& store) {
     frame.size = {200, 140};
     Renderer renderer(*context_);
-    SceneView scene(*store_, nullptr, renderer);
+    SceneView scene(store, nullptr, renderer);
     if (frame.workspace != nullptr)
       frame.camera = workspaceCamera(*frame.workspace, eyeSize(frame.stereo, frame.size).aspect());
     else
@@ -102,10 +103,33 @@ TEST_F(GoldenPictures, HighlightedCell) {
   check("highlight", std::move(frame));
 }
 
+// An archive whose cells all have their somata at the origin: the first picture inside shows the proxy's cell.
+TEST_F(GoldenPictures, OwnCellInAPileAtTheOrigin) {
+  std::vector<Cell> cells;
+  for (std::uint64_t i = 0; i < 60; ++i) {
+    test::NeuronShape shape;
+    shape.samples = 400;
+    shape.step_um = 6;
+    shape.extra_root = 0;
+    cells.push_back(test::randomNeuron(100 + i, shape));
+    cells.back().types[0] = 1;
+    cells.back().radii_um[0] = 7;
+  }
+  CellList stream(cells);
+  const std::unique_ptr<TileStore> pile = buildTilesInMemory(stream, {.capacity = 128});
+  workspace_.place(Vector3d::Zero(), workspace_.centre_D());
+  workspace_.setZoom(300, Vector3d::Zero());
+  SceneFrame frame;
+  frame.workspace = &workspace_;
+  frame.proxy_W = Vector3d::Zero();
+  frame.cell = 7;
+  check("pile", std::move(frame), *pile);
+}
+
 // The pictures differ so much that the comparison notices one in the place of another.
 TEST_F(GoldenPictures, NoneStandsForAnother) {
   std::vector<Picture> all;
-  for (const char* name : {"overview.png", "near.png", "anaglyph.png", "highlight.png"}) {
+  for (const char* name : {"overview.png", "near.png", "anaglyph.png", "highlight.png", "pile.png"}) {
     std::string path = test::inSource("tests/viewer/golden/");
     path += name;
     all.push_back(test::readPng(path));

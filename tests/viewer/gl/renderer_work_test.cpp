@@ -13,6 +13,19 @@
 namespace filiform::test {
 namespace {
 
+TEST_F(Renderers, SoftwareOrACardByNumber) {
+  EXPECT_TRUE(isSoftwareRenderer(makeOffscreenContext("software")->description()));
+  for (const char* const wrong : {"99", "-1", "1x", "nvidia"}) {
+    try {
+      makeOffscreenContext(wrong);
+      ADD_FAILURE() << wrong;
+    } catch (const UsageError& error) {
+      EXPECT_NE(std::string(error.what()).find(std::string("--gpu ") + wrong), std::string::npos) << error.what();
+    }
+  }
+  context_->makeCurrent();
+}
+
 TEST_F(Renderers, WhatTheDriverRefusesIsSaidOnce) {
   Renderer renderer(*context_);
   glEnable(0xFFFF);
@@ -110,6 +123,22 @@ TEST_F(Renderers, APictureThatDiffersLittleSendsLittle) {
   EXPECT_EQ(counter.counts().buffers, 0);
 }
 
+// The pieces of many blocks begin at any segment.
+TEST_F(Renderers, BlocksSendNoAttributesWhenTheViewMoves) {
+  if (!epoxy_has_gl_extension("GL_ARB_base_instance")) GTEST_SKIP() << "the driver cannot begin at an instance";
+  NeuriteBatch batch;
+  for (int i = 0; i < 200; ++i) {
+    const double x = -40 + 0.4 * i, r = i % 2 == 0 ? 1 : 0.01;
+    append(batch, neurites({{x, -5, 0, r, x + 1, 5, 0, r}}, kGreen, Vector3d::Zero()));
+  }
+  cutIntoBlocks(batch, 8);
+  renderer_.put(1, batch, Layer::highlight);
+  draw(camera_);
+  const CallCounter counter;
+  draw(lookAt({0, 0, 40}, {5, 0, 0}));
+  EXPECT_EQ(counter.counts().attributes, 0);
+}
+
 TEST_F(Renderers, ABatchThatIsReplacedByALargerOneIsDrawnWhole) {
   renderer_.put(1, ball(-20, 0, 0, 4, kRed));
   draw(camera_);
@@ -175,8 +204,8 @@ TEST_F(Renderers, OfALargeHighlightTheThickestSegmentsAreDrawn) {
   EXPECT_EQ(figures_.lines, 0u);
 }
 
-// A neurite between the eye and the depth at which neurites have faded away. A neurite that ends there costs its visible
-// part.
+// A neurite between the eye and the depth at which neurites have faded away. A neurite that ends there costs its
+// visible part.
 TEST_F(Renderers, NeuritesThatHaveFadedAwayShadeNothing) {
   if (!epoxy_has_gl_extension("GL_ARB_pipeline_statistics_query")) GTEST_SKIP() << "the driver does not count shading";
   GLuint query = 0;

@@ -47,7 +47,7 @@ void CardBatch::put(const NeuriteBatch& batch, Layer layer) {
 #endif
 }
 
-// OpenGL 3.3 lacks glDrawArraysInstancedBaseInstance: the pointers say where to begin.
+// OpenGL 3.3 and WebGL lack glDrawArraysInstancedBaseInstance: the pointers then say where to begin.
 void CardBatch::bindFrom(From from, std::size_t first) {
   Vertices& vertices = vertices_[static_cast<std::size_t>(from)];
   const bool is_new = vertices.array == 0;

@@ -13,7 +13,8 @@ namespace filiform::internal {
 
 class CardBatch {
  public:
-  // The vertex arrays: each begins at the first segment of some pieces. A frame drawn at once leaves them as they are.
+  // The vertex arrays, where drawing cannot begin at any instance: each begins at the first segment of some pieces. A
+  // frame drawn at once leaves them as they are.
   enum class From : std::uint8_t { large_balls, balls, cones, ribbons, lines };
 
   CardBatch() = default;

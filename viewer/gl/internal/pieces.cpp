@@ -15,9 +15,12 @@ constexpr double kFlatBall_px = 6;
 
 }  // namespace
 
-RenderFigures listPieces(const EyeView& view, const PictureSize& size, int samples, std::uint64_t most_highlighted,
+RenderFigures listPieces(const EyeView& view, const PictureSize& size, int samples, const RenderOptions& options,
                          std::map<BatchId, CardBatch>& batches, std::vector<Piece>& pieces) {
-  const LevelView levels = levelView(view, size);
+  const LevelView whole = levelView(view, size), clear = levelView(view, size, options.clear_end_um);
+  const auto pixelAt = [&](const CardBatch::Block& block, const LevelView& from) {
+    return std::max(block.distance_um(view.eye_W), from.nearest_um) / from.pixels_per_rad;
+  };
   RenderFigures figures;
   // A block of neurites: large balls up to `large_balls`, small ones up to the block's `balls_end`, cones up to
   // `cones`, ribbons up to `ribbons`, then lines. Of a highlight: cones up to `cones`, then lines.
@@ -30,7 +33,7 @@ RenderFigures listPieces(const EyeView& view, const PictureSize& size, int sampl
   std::vector<Part> neurites, highlights;
   std::vector<CardBatch*> overlays;
   const auto addBlock = [&](CardBatch& batch, const CardBatch::Block& block) {
-    const double um_px = block.distance_um(view.eye_W) / levels.pixels_per_rad;
+    const double um_px = pixelAt(block, clear);
     neurites.push_back({&batch, &block, um_px, batch.ballsAtLeastAsThickAs(block, kFlatBall_px * samples * um_px),
                         batch.atLeastAsThickAs(block, kRibbonRadius_px * um_px),
                         batch.atLeastAsThickAs(block, kLineRadius_px * um_px)});
@@ -39,7 +42,7 @@ RenderFigures listPieces(const EyeView& view, const PictureSize& size, int sampl
   };
   std::uint64_t highlighted = 0;
   const auto addHighlight = [&](CardBatch& batch, const CardBatch::Block& block) {
-    const double um_px = block.distance_um(view.eye_W) / levels.pixels_per_rad;
+    const double um_px = pixelAt(block, whole);
     const std::size_t cones = batch.atLeastAsThickAs(block, kHighlightRadius_px * samples * um_px);
     highlights.push_back({&batch, &block, um_px, 0, cones, cones});
     highlighted += block.end - block.begin;
@@ -48,7 +51,7 @@ RenderFigures listPieces(const EyeView& view, const PictureSize& size, int sampl
     if (!batch.shown) continue;
     bool seen = false;
     for (const CardBatch::Block& block : batch.blocks()) {
-      if (!block.isSeen(levels)) continue;
+      if (!block.isSeen(batch.layer() == Layer::neurites ? clear : whole)) continue;
       seen = true;
       if (batch.layer() == Layer::neurites) addBlock(batch, block);
       if (batch.layer() == Layer::highlight) addHighlight(batch, block);
@@ -61,10 +64,19 @@ RenderFigures listPieces(const EyeView& view, const PictureSize& size, int sampl
   pieces.clear();
   using From = CardBatch::From;
   const auto add = [&](Stage stage, From from, CardBatch* batch, std::size_t begin, std::size_t end) {
-    if (begin < end) pieces.push_back({stage, from, batch, begin, end - begin});
+    if (begin >= end) return;
+    // Blocks that follow one another are drawn by one call.
+    if (!pieces.empty()) {
+      Piece& last = pieces.back();
+      if (last.stage == stage && last.from == from && last.batch == batch && last.first + last.count == begin) {
+        last.count = end - last.first;
+        return;
+      }
+    }
+    pieces.push_back({stage, from, batch, begin, end - begin});
   };
   const double kept =
-      static_cast<double>(most_highlighted) / static_cast<double>(std::max<std::uint64_t>(highlighted, 1));
+      static_cast<double>(options.most_highlighted) / static_cast<double>(std::max<std::uint64_t>(highlighted, 1));
   const auto endOf = [kept](const Part& p) {
     const auto all = static_cast<double>(p.block->end - p.block->begin);
     return p.block->begin + static_cast<std::size_t>(std::ceil(all * std::min(kept, 1.0)));

@@ -39,9 +39,9 @@ struct Piece {
 };
 
 // Replaces `pieces` by those of one eye's view. Within a stage, neurites near the eye come first: those cost most.
-// Of highlighted cells at most `most_highlighted` segments, about. `size`: in samples, of which a pixel has `samples`
-// in each direction. O(blocks log segments).
-RenderFigures listPieces(const EyeView& view, const PictureSize& size, int samples, std::uint64_t most_highlighted,
+// Neurites nearer than `clear_end_um` are left out. Of highlighted cells at most `most_highlighted` segments, about.
+// `size`: in samples, of which a pixel has `samples` in each direction. O(blocks log segments).
+RenderFigures listPieces(const EyeView& view, const PictureSize& size, int samples, const RenderOptions& options,
                          std::map<BatchId, CardBatch>& batches, std::vector<Piece>& pieces);
 
 }  // namespace filiform::internal
