@@ -2,10 +2,10 @@
 
 #include "index/query/internal/cell_assembly.h"
 #include "index/query/internal/owned_segments.h"
-#include "index/query/internal/waiting_segments.h"
 #include "index/remote/internal/background_reads.h"
 #include "index/set/reads_at_once.h"
 #include "index/set/tiles_ahead.h"
+#include "index/tile/internal/waiting_segments.h"
 #include "index/workers.h"
 
 #include <algorithm>

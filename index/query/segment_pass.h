@@ -8,8 +8,8 @@
 // Thread rule: any thread but the haptic one; `visit` runs on the calling thread.
 #pragma once
 
-#include "index/query/passed_segment.h"
 #include "index/set/tile_store.h"
+#include "index/tile/passed_segment.h"
 
 #include <functional>
 #include <optional>

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "index/query/cell_graph.h"
-#include "index/query/passed_segment.h"
+#include "index/tile/passed_segment.h"
 
 #include <cstdint>
 #include <span>

@@ -1,7 +1,7 @@
 // What a tile holds of the segments that it owns. Functions without state.
 #pragma once
 
-#include "index/query/passed_segment.h"
+#include "index/tile/passed_segment.h"
 
 #include <vector>
 

@@ -1,4 +1,4 @@
-#include "index/query/internal/waiting_segments.h"
+#include "index/tile/internal/waiting_segments.h"
 
 #include <algorithm>
 

@@ -2,8 +2,8 @@
 // the folder of temporary files.
 #pragma once
 
-#include "index/query/passed_segment.h"
 #include "index/tile/internal/segment_chain.h"
+#include "index/tile/passed_segment.h"
 
 #include <cstddef>
 #include <cstdint>
