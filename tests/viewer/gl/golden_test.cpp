@@ -16,22 +16,31 @@
 namespace filiform {
 namespace {
 
+// With a soma at its origin.
+Cell neuron(std::uint64_t seed, std::uint32_t samples, const Vector3d& origin_W) {
+  test::NeuronShape shape;
+  shape.samples = samples;
+  shape.step_um = 6;
+  shape.extra_root = 0;
+  shape.origin_W = origin_W;
+  Cell cell = test::randomNeuron(seed, shape);
+  cell.types[0] = 1;
+  cell.radii_um[0] = 7;
+  return cell;
+}
+
+std::unique_ptr<TileStore> tilesInMemory(std::vector<Cell> cells) {
+  CellList stream(std::move(cells));
+  return buildTilesInMemory(stream, {.capacity = 128});
+}
+
 class GoldenPictures : public ::testing::Test {
  protected:
   GoldenPictures() {
     std::vector<Cell> cells;
-    for (std::uint64_t i = 0; i < 3; ++i) {
-      test::NeuronShape shape;
-      shape.samples = 260;
-      shape.step_um = 6;
-      shape.extra_root = 0;
-      shape.origin_W = Vector3d(45.0 * static_cast<double>(i), 20.0 * static_cast<double>(i % 2), 0);
-      cells.push_back(test::randomNeuron(20 + i, shape));
-      cells.back().types[0] = 1;
-      cells.back().radii_um[0] = 7;
-    }
-    CellList stream(cells);
-    store_ = buildTilesInMemory(stream, {.capacity = 128});
+    for (std::uint64_t i = 0; i < 3; ++i)
+      cells.push_back(neuron(20 + i, 260, {45.0 * static_cast<double>(i), 20.0 * static_cast<double>(i % 2), 0}));
+    store_ = tilesInMemory(std::move(cells));
   }
 
   // Draws the picture, and compares it with the file or renews the file.
@@ -106,17 +115,8 @@ TEST_F(GoldenPictures, HighlightedCell) {
 // An archive whose cells all have their somata at the origin: the first picture inside shows the proxy's cell.
 TEST_F(GoldenPictures, OwnCellInAPileAtTheOrigin) {
   std::vector<Cell> cells;
-  for (std::uint64_t i = 0; i < 60; ++i) {
-    test::NeuronShape shape;
-    shape.samples = 400;
-    shape.step_um = 6;
-    shape.extra_root = 0;
-    cells.push_back(test::randomNeuron(100 + i, shape));
-    cells.back().types[0] = 1;
-    cells.back().radii_um[0] = 7;
-  }
-  CellList stream(cells);
-  const std::unique_ptr<TileStore> pile = buildTilesInMemory(stream, {.capacity = 128});
+  for (std::uint64_t i = 0; i < 60; ++i) cells.push_back(neuron(100 + i, 400, Vector3d::Zero()));
+  const std::unique_ptr<TileStore> pile = tilesInMemory(std::move(cells));
   workspace_.place(Vector3d::Zero(), workspace_.centre_D());
   workspace_.setZoom(300, Vector3d::Zero());
   SceneFrame frame;
