@@ -6,6 +6,7 @@
 #include "viewer/window/internal/answer_times.h"
 #include "viewer/window/internal/open_scene.h"
 #include "viewer/window/internal/state_file.h"
+#include "viewer/window/internal/wanted_texts.h"
 #include "viewer/window/internal/window_actions.h"
 #include "viewer/window/panels/panels.h"
 #include "viewer/window/settings/internal/kept_settings.h"
@@ -19,7 +20,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <initializer_list>
 #include <memory>
 #include <set>
 #include <string>
@@ -42,6 +42,7 @@ using internal::OpenScene;
 using internal::Screenshots;
 using internal::StateFile;
 using internal::Travel;
+using internal::wantTexts;
 using internal::WindowActions;
 
 constexpr double kSaveState_s = 0.1;  // between two writes of the state
@@ -332,28 +333,7 @@ class Application::Impl {
 
   PanelRequests layPanels() {
     const PanelData data = panelData();
-    using Text = const std::string*;
-    for (const Text text : std::initializer_list<Text>{&data.scene, &data.cell, &data.device, &data.hint, &data.tooltip,
-                                                       &actions_.search.text, &actions_.search.error})
-      window_.want(*text);
-    using Texts = const std::vector<std::string>*;
-    for (const Texts texts :
-         std::initializer_list<Texts>{&data.messages, &actions_.search.names, &scene_->tiles().failures})
-      for (const std::string& text : *texts) window_.want(text);
-    window_.want(data.selection);
-    for (const std::string& name : data.attribute_names) window_.want(name);
-    if (data.legend != nullptr)
-      for (const CellColours::Entry& entry : *data.legend) window_.want(entry.value);
-    const internal::CellTable& cells = scene_->cells();
-    if (actions_.panels.contacts.open)
-      for (const std::uint32_t cell : actions_.panels.contacts.seen) window_.want(scene_->contacts().nameOf(cell));
-    if (actions_.panels.cells.open)
-      for (std::size_t column = 0; column < cells.columns().size(); ++column) {
-        if (!cells.columns()[column].is_shown) continue;
-        window_.want(cells.columns()[column].title);
-        if (!cells.columns()[column].is_number)
-          for (const std::uint32_t cell : actions_.panels.cells.seen) window_.want(cells.text(cell, column));
-      }
+    wantTexts(window_, data, *scene_, actions_);
     window_.setInterfaceScale(settings_.interface_scale);
     window_.setTheme(settings_.theme);
     window_.beginPanels();
