@@ -43,13 +43,14 @@ class CountedCall<kFunction> {
 };
 using CountedCalls =
     std::tuple<CountedCall<&epoxy_glDrawArrays>, CountedCall<&epoxy_glDrawArraysInstanced>,
-               CountedCall<&epoxy_glBindVertexArray>, CountedCall<&epoxy_glVertexAttribPointer>,
-               CountedCall<&epoxy_glBindBuffer>, CountedCall<&epoxy_glBufferData>, CountedCall<&epoxy_glUseProgram>,
-               CountedCall<&epoxy_glUniform1fv>, CountedCall<&epoxy_glUniform2fv>, CountedCall<&epoxy_glUniform3fv>,
-               CountedCall<&epoxy_glUniform4fv>, CountedCall<&epoxy_glUniformMatrix3fv>,
-               CountedCall<&epoxy_glBindFramebuffer>, CountedCall<&epoxy_glViewport>, CountedCall<&epoxy_glClear>,
-               CountedCall<&epoxy_glEnable>, CountedCall<&epoxy_glDisable>, CountedCall<&epoxy_glBindTexture>,
-               CountedCall<&epoxy_glReadPixels>, CountedCall<&epoxy_glGetError>>;
+               CountedCall<&epoxy_glDrawArraysInstancedBaseInstance>, CountedCall<&epoxy_glBindVertexArray>,
+               CountedCall<&epoxy_glVertexAttribPointer>, CountedCall<&epoxy_glBindBuffer>,
+               CountedCall<&epoxy_glBufferData>, CountedCall<&epoxy_glUseProgram>, CountedCall<&epoxy_glUniform1fv>,
+               CountedCall<&epoxy_glUniform2fv>, CountedCall<&epoxy_glUniform3fv>, CountedCall<&epoxy_glUniform4fv>,
+               CountedCall<&epoxy_glUniformMatrix3fv>, CountedCall<&epoxy_glBindFramebuffer>,
+               CountedCall<&epoxy_glViewport>, CountedCall<&epoxy_glClear>, CountedCall<&epoxy_glEnable>,
+               CountedCall<&epoxy_glDisable>, CountedCall<&epoxy_glBindTexture>, CountedCall<&epoxy_glReadPixels>,
+               CountedCall<&epoxy_glGetError>>;
 
 // Counts executions of the fragment shaders between begin() and end(), if the driver can.
 class ShadedFragments {
