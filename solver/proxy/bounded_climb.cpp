@@ -4,6 +4,7 @@
 #include "solver/graph/graph_view.h"
 #include "solver/graph/internal/working_graph.h"
 #include "solver/proxy/internal/active_segment.h"
+#include "solver/proxy/internal/hub_branches.h"
 #include "solver/proxy/internal/offer_heap.h"
 
 #include <algorithm>
@@ -30,7 +31,7 @@ class BoundedClimb final : public ProxySolver {
   void setPlace(const ProxyPlace& place) noexcept override {
     state_ = State{};
     state_.place = place;
-    state_.began_W = place.p_W;
+    state_.last_W = place.p_W;
     before_ = state_;
     active_ = internal::ActiveSegment{};
     graph_.forget();
@@ -46,9 +47,11 @@ class BoundedClimb final : public ProxySolver {
   struct State {
     ProxyPlace place;
     double patience_mm = 0;                   // m
-    Vector3d began_W = Vector3d::Zero();      // a
+    Vector3d last_W = Vector3d::Zero();       // p at the last growth of the patience
     NodeId cut_node{UINT32_MAX, UINT32_MAX};  // the last node whose list of branches was cut by max_visited
     std::uint32_t cut_next = 0;               // the first branch that was not tested
+    internal::HubBranches hub;
+    bool looked = false;  // at the hub's branches, the last time that the search came to it
   };
   struct Best {  // on edge `edge` of node `node`; kNone: on the active segment
     bool improved = false;
@@ -63,6 +66,7 @@ class BoundedClimb final : public ProxySolver {
   void offer(std::uint32_t n, double cost, std::uint32_t by_rank) noexcept;
   void follow(const Vector3d& h_W, std::uint32_t n, WorkingGraph::Edge& edge, double cost, SolverStep& step) noexcept;
   bool expand(const Vector3d& h_W, std::uint32_t n, SolverStep& step) noexcept;
+  bool test(const Vector3d& h_W, std::uint32_t n, std::uint32_t at, SolverStep& step) noexcept;
   void settle() noexcept;
 
   // The squared distance that a point must undercut to count as progress.
@@ -80,7 +84,8 @@ class BoundedClimb final : public ProxySolver {
   // Of the current search only.
   internal::OfferHeap offers_;
   double budget_um_ = 0;
-  std::uint32_t passed_ = 0;  // by follow()
+  std::uint32_t passed_ = 0;                 // by follow()
+  std::uint32_t hub_ = WorkingGraph::kNone;  // the first hub of the search
   Best best_;
 };
 
@@ -97,15 +102,15 @@ class BoundedClimb final : public ProxySolver {
 void BoundedClimb::wait(const ProbeState& probe, double distance_um) noexcept {
   const double dt_s = probe.dt_s > 0 && std::isfinite(probe.dt_s) ? probe.dt_s : 0.0;
   const double pull_mm = 1e3 * (distance_um / probe.scale_um_m);
-  if (1e3 * ((state_.place.p_W - state_.began_W).norm() / probe.scale_um_m) > climb_.reset_mm) {
-    state_.patience_mm = 0;
-    state_.began_W = state_.place.p_W;
-  } else if (pull_mm > climb_.pull_mm) {
-    state_.patience_mm =
-        std::min(state_.patience_mm + climb_.patience_1_s * (pull_mm - climb_.pull_mm) * dt_s, climb_.most_mm);
-  } else {
-    state_.patience_mm *= std::max(0.0, 1.0 - dt_s / kForget_s);
-  }
+  const double moved_mm = 1e3 * ((state_.place.p_W - state_.last_W).norm() / probe.scale_um_m);
+  state_.last_W = state_.place.p_W;
+  double& m = state_.patience_mm;
+  m = std::max(0.0, m - climb_.motion_cost * (1 + climb_.growth_1_mm * m) * moved_mm);
+  if (pull_mm > climb_.pull_mm)
+    m += climb_.patience_1_s * (1 + climb_.growth_1_mm * m) * (pull_mm - climb_.pull_mm) * dt_s;
+  else
+    m *= std::max(0.0, 1.0 - dt_s / kForget_s);
+  m = std::min(m, climb_.most_mm);
 }
 
 void BoundedClimb::search(const ProbeState& probe, SolverStep& step) noexcept {
@@ -133,6 +138,7 @@ void BoundedClimb::search(const ProbeState& probe, SolverStep& step) noexcept {
   graph_.newSearch();
   offers_.clear();
   passed_ = 0;
+  hub_ = WorkingGraph::kNone;
   const double length = std::sqrt(active_.length2);
   const double to_child = length * std::min(q.t, state_.place.t);
   const double to_parent = length * (1.0 - std::max(q.t, state_.place.t));
@@ -196,8 +202,8 @@ void BoundedClimb::follow(const Vector3d& h_W, std::uint32_t n, WorkingGraph::Ed
   offer(graph_.meet({id, p_W, at_home ? node.home : kNoTile, at_home ? at : WorkingGraph::kNone}), cost, rank);
 }
 
-// Tests the segments at a node and follows them. Returns false at the cap. Labels on nodes are enough: a segment has
-// been tested exactly if one of its ends was entered, if the search came by it, or if it is the first one.
+// Tests the segments at a node and follows them. Returns false at the cap. At a hub, every second tick tests only the
+// branches that point to the hand.
 bool BoundedClimb::expand(const Vector3d& h_W, std::uint32_t n, SolverStep& step) noexcept {
   const WorkingGraph::Presence presence = graph_.open(n);
   const WorkingGraph::Node& node = graph_.node(n);
@@ -207,30 +213,51 @@ bool BoundedClimb::expand(const Vector3d& h_W, std::uint32_t n, SolverStep& step
     if (presence == WorkingGraph::Presence::absent) step.absent.add(node.home);
     return true;
   }
-  graph_.label(n).progress = WorkingGraph::Progress::entered;
   step.touched.add(node.home);
-  const double cost = node.label.cost;
-  const std::uint32_t by_rank = node.label.passed;
+  const std::uint32_t left = max_visited_ - step.visited;
+  if (hub_ == WorkingGraph::kNone && node.degree > WorkingGraph::kMostEdges && node.degree > left / 2) {
+    hub_ = n;
+    state_.looked = !state_.looked;
+    if (state_.looked) {
+      const std::uint32_t most = internal::HubBranches::kLooksInTest * (left / 2);
+      step.visited = std::min(max_visited_, step.visited + state_.hub.look(node, h_W, most));
+      for (const std::uint32_t at : state_.hub.best())
+        if (!test(h_W, n, at, step)) return false;
+      step.capped = true;
+      return true;
+    }
+  }
+  graph_.label(n).progress = WorkingGraph::Progress::entered;
   std::uint32_t at = node.id == state_.cut_node && state_.cut_next < node.degree ? state_.cut_next : 0;
   for (std::uint32_t i = 0; i < node.degree; ++i, at = at + 1 == node.degree ? 0 : at + 1) {
-    WorkingGraph::Edge& edge = graph_.edge(n, at);
-    if (edge.rank == by_rank || edge.rank == active_.id.segment) continue;  // a search never leaves its cell
-    const std::uint32_t far = graph_.findFar(n, edge);
-    if (far != WorkingGraph::kNone && far != n && graph_.isLabelled(far) &&
-        graph_.node(far).label.progress == WorkingGraph::Progress::entered)
-      continue;
-    if (step.visited == max_visited_) {
-      step.capped = true;
-      state_.cut_node = node.id;
-      state_.cut_next = at;
-      return false;
-    }
-    ++step.visited;
-    const ClosestPoint w = edge.closestTo(node.p_W, h_W);
-    if (w.squared_distance < best_.yields_below) best_ = {true, n, at, w.t, w.p_W, yieldsBelow(w.squared_distance)};
-    const double rise = w.t == edge.nearT() ? edge.length : w.t == edge.farT() ? 0.0 : (edge.far_W - w.p_W).norm();
-    if (cost + rise <= budget_um_) follow(h_W, n, edge, cost + rise, step);
+    if (test(h_W, n, at, step)) continue;
+    state_.cut_node = node.id;
+    state_.cut_next = at;
+    return false;
   }
+  return true;
+}
+
+// Tests a segment at an open node and follows it. Returns false at the cap. Labels on nodes are enough: a segment has
+// been tested exactly if one of its ends was entered, if the search came by it, or if it is the first one.
+bool BoundedClimb::test(const Vector3d& h_W, std::uint32_t n, std::uint32_t at, SolverStep& step) noexcept {
+  const WorkingGraph::Node& node = graph_.node(n);
+  WorkingGraph::Edge& edge = graph_.edge(n, at);
+  if (edge.rank == node.label.passed || edge.rank == active_.id.segment) return true;  // a search never leaves its cell
+  const std::uint32_t far = graph_.findFar(n, edge);
+  if (far != WorkingGraph::kNone && far != n && graph_.isLabelled(far) &&
+      graph_.node(far).label.progress == WorkingGraph::Progress::entered)
+    return true;
+  if (step.visited == max_visited_) {
+    step.capped = true;
+    return false;
+  }
+  step.visited += n == hub_ && step.visited + 1 < max_visited_ ? 2 : 1;
+  const ClosestPoint w = edge.closestTo(node.p_W, h_W);
+  if (w.squared_distance < best_.yields_below) best_ = {true, n, at, w.t, w.p_W, yieldsBelow(w.squared_distance)};
+  const double rise = w.t == edge.nearT() ? edge.length : w.t == edge.farT() ? 0.0 : (edge.far_W - w.p_W).norm();
+  const double cost = node.label.cost + rise;
+  if (cost <= budget_um_) follow(h_W, n, edge, cost, step);
   return true;
 }
 

@@ -6,10 +6,11 @@
 // them, but it never leaps to an unconnected neurite. Lengths are millimetres of the device, so the feel does not
 // depend on the zoom.
 //
-//   tick(h, dt, scale):                    p: the proxy; m: the patience budget; a: start point of the patience
-//     |p - a| > reset:   m = 0, a = p
-//     |p - h| > pull:    m = min(m + patience (|p - h| - pull) dt, most)      the hand keeps pulling: the budget grows
+//   tick(h, dt, scale):                    p: the proxy; m: the patience budget; v: what p moved since the last tick
+//     m = max(0, m - cost (1 + growth m) v)
+//     |p - h| > pull:    m = m + patience (1 + growth m) (|p - h| - pull) dt      the hand keeps pulling: m grows
 //     otherwise:         m = m max(0, 1 - dt / 0.2 s)
+//     m = min(m, most)
 //   search:
 //     S = p's segment;  q = closest point of S to h;  best = q, or p if q is not nearer
 //     r = min(most, rest + gain |best - h| + m), constant during the tick
@@ -34,8 +35,14 @@
 // run, costs are summed in the same order.
 //
 // A segment of length zero costs nothing and is passed. If max_visited cuts the list of a node's branches, the next
-// tick that reaches this node continues with the branch that was cut, and wraps around. So every branch of a hub is
-// tested within degree / (max_visited - tests before the hub) + 1 ticks.
+// tick that reaches this node continues with the branch that was cut, and wraps around.
+//
+// *Hubs*: the first node with more than 16 branches, and more than half of the work that is left. To test a branch
+// there counts as two, because it is read from the tile. So no tick tests them all. Every second tick that comes to the
+// hub looks at its branches (internal/hub_branches.h) for half of this work, and goes down the 16 that point most
+// nearly to the hand. They are kept from tick to tick: all branches are looked at within degree / (2 max_visited) + 1
+// such ticks. The other ticks test the branches in turn: each within 4 degree / (max_visited - tests before the hub) +
+// 2 ticks.
 //
 // Invariants (each has a test):
 // 1. |p - h| never rises within a tick. It falls by more than eps if p leaves its segment, so at a fixed h the proxy
@@ -48,11 +55,11 @@
 //    run is followed only within a tile, so the cap is reached a little earlier with small tiles. A node whose home is
 //    absent offers nothing and is reported; the first reported tile is always needed. Repeating undo(), load and the
 //    same tick until no tile is absent gives the answer of the whole graph, bit for bit.
-// 6. undo() restores place, patience and the position in the cut list, bit for bit.
+// 6. undo() restores everything that is kept between ticks, bit for bit.
 // 7. A probe that is not finite changes nothing.
 //
 // The proxy may jump; the anchor (anchor.h) keeps the force continuous. From one tick to the next the solver keeps only
-// the place, the patience and the position in the cut list. Thread rule: haptic thread only.
+// the place, the patience, the position in the cut list and the branches of a hub. Thread rule: haptic thread only.
 #pragma once
 
 #include "solver/proxy/proxy_solver.h"

@@ -26,11 +26,15 @@ struct ClimbParameters {
   // Climb that is allowed without a pull. With less than 2 mm the proxy stays on the wrong one of two nearly parallel
   // branches. Compared with 0.5 mm, 2 mm costs 1.6 times the visits, and 5 mm 3 to 4 times.
   double rest_mm = 2.0;
-  double gain = 4;           // additional climb for each mm of pull; 3 to 6 perform alike, 2 and less lose routes
-  double most_mm = 60;       // upper limit of the climb: half the workspace
-  double patience_1_s = 40;  // growth of the climb a second for each mm of pull beyond pull_mm; 0: none
+  double gain = 4;      // additional climb for each mm of pull; 3 to 6 perform alike, 2 and less lose routes
+  double most_mm = 60;  // upper limit of the climb: half the workspace
+  // The patience m, mm of climb, in each tick: it loses motion_cost (1 + growth_1_mm m) for each mm that the proxy has
+  // moved, and gains patience_1_s (1 + growth_1_mm m) a second for each mm of pull beyond pull_mm. patience_1_s 0:
+  // none.
+  double patience_1_s = 160;
   double pull_mm = 0.25;
-  double reset_mm = 2.0;  // motion of the proxy that resets the patience
+  double growth_1_mm = 1;
+  double motion_cost = 1.5;
 };
 
 struct SolverParameters {

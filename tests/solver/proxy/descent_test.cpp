@@ -207,7 +207,8 @@ TEST(ProxySolver, RefusesParametersThatMakeNoSense) {
   EXPECT_NE(refuses([](auto& p) { p.climb.most_mm = inf; }).find("most_mm"), std::string::npos);
   EXPECT_NE(refuses([](auto& p) { p.climb.patience_1_s = -1; }).find("patience_1_s"), std::string::npos);
   EXPECT_NE(refuses([](auto& p) { p.climb.pull_mm = -1; }).find("pull_mm"), std::string::npos);
-  EXPECT_NE(refuses([](auto& p) { p.climb.reset_mm = nan; }).find("reset_mm"), std::string::npos);
+  EXPECT_NE(refuses([](auto& p) { p.climb.growth_1_mm = -1; }).find("growth_1_mm"), std::string::npos);
+  EXPECT_NE(refuses([](auto& p) { p.climb.motion_cost = nan; }).find("motion_cost"), std::string::npos);
 }
 
 TEST(ProxySolver, MethodsHaveNames) {

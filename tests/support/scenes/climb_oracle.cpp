@@ -12,22 +12,21 @@ namespace filiform::test {
 void ClimbOracle::setPlace(const ProxyPlace& place) {
   place_ = place;
   patience_mm_ = 0;
-  began_W_ = place.p_W;
+  last_W_ = place.p_W;
 }
 
 std::uint32_t ClimbOracle::advance(const ProbeState& probe) {
   if (!probe.h_W.allFinite()) return 0;
   const auto device_mm = [&](double length_um) { return 1e3 * (length_um / probe.scale_um_m); };
   const double pull_mm = device_mm(std::sqrt((place_.p_W - probe.h_W).squaredNorm()));
-  if (device_mm((place_.p_W - began_W_).norm()) > parameters_.reset_mm) {
-    patience_mm_ = 0;
-    began_W_ = place_.p_W;
-  } else if (pull_mm > parameters_.pull_mm) {
-    patience_mm_ = std::min(patience_mm_ + parameters_.patience_1_s * (pull_mm - parameters_.pull_mm) * probe.dt_s,
-                            parameters_.most_mm);
-  } else {
-    patience_mm_ *= std::max(0.0, 1.0 - probe.dt_s / 0.2);
-  }
+  const double growth = parameters_.growth_1_mm, moved_mm = device_mm((place_.p_W - last_W_).norm());
+  last_W_ = place_.p_W;
+  double m = std::max(0.0, patience_mm_ - parameters_.motion_cost * (1 + growth * patience_mm_) * moved_mm);
+  if (pull_mm > parameters_.pull_mm)
+    m += parameters_.patience_1_s * (1 + growth * m) * (pull_mm - parameters_.pull_mm) * probe.dt_s;
+  else
+    m *= std::max(0.0, 1.0 - probe.dt_s / 0.2);
+  patience_mm_ = std::min(m, parameters_.most_mm);
 
   // The search, with the budget in um, which depends on the active segment.
   const Vector3d h_W = probe.h_W;

@@ -25,7 +25,7 @@ class ClimbOracle {
   ClimbParameters parameters_;
   ProxyPlace place_;
   double patience_mm_ = 0, budget_um_ = 0, climbed_um_ = 0;
-  Vector3d began_W_ = Vector3d::Zero();
+  Vector3d last_W_ = Vector3d::Zero();
 };
 
 }  // namespace filiform::test

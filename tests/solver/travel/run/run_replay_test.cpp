@@ -157,7 +157,7 @@ TEST(Run, ATourGoesOnUntilItsTimeIsOver) {
   EXPECT_TRUE(s.notes.empty());
   // The same, bit for bit, whatever the budget, if the tiles of a tick fit it.
   options.in_memory = false;
-  options.budget_bytes = 4 * Residency::floorBytes(*store);
+  options.budget_bytes = 6 * Residency::floorBytes(*store);
   const Recorded floor = record(*store, options);
   EXPECT_GT(floor.summary.evictions, 0u);
   EXPECT_EQ(floor.summary.frontiers, 0u);

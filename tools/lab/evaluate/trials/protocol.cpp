@@ -17,7 +17,7 @@ std::uint32_t oneIn(std::uint64_t routes, std::uint64_t wanted) {
   return static_cast<std::uint32_t>(std::max<std::uint64_t>(1, routes / std::max<std::uint64_t>(1, wanted)));
 }
 
-constexpr int kSceneSeeds = 200, kOtherSceneSeeds = 50;
+constexpr int kSceneSeeds = 200, kOtherSceneSeeds = 50, kNamedSceneSeeds = 20;
 
 struct Variant {
   std::string name;
@@ -106,7 +106,7 @@ std::vector<Condition> sceneConditions(const ProtocolOptions& options) {
       c.setup = setup;
       c.setup.method = method;
       c.seeds = options.quick ? 1 : seeds;
-      c.time_one_in = 1;
+      c.time_one_in = options.scenes_only ? 0 : 1;
       conditions.push_back(c);
     }
   };
@@ -116,8 +116,9 @@ std::vector<Condition> sceneConditions(const ProtocolOptions& options) {
     setup.hand = hand;
     for (const double stiffness : {200.0, 50.0, 500.0}) {
       setup.stiffness_N_m = stiffness;
-      add(handVariant(hand, stiffness), setup, conditions.empty() ? kSceneSeeds : kOtherSceneSeeds);
-      if (options.quick) return conditions;
+      const int seeds = options.scenes_only ? kNamedSceneSeeds : conditions.empty() ? kSceneSeeds : kOtherSceneSeeds;
+      add(handVariant(hand, stiffness), setup, seeds);
+      if (options.quick || options.scenes_only) return conditions;
     }
   }
   TrialSetup other;
@@ -236,7 +237,8 @@ std::vector<std::pair<std::string, std::string>> parameterDump() {
   put("climb.most_mm", solver.climb.most_mm);
   put("climb.patience_1_s", solver.climb.patience_1_s);
   put("climb.pull_mm", solver.climb.pull_mm);
-  put("climb.reset_mm", solver.climb.reset_mm);
+  put("climb.growth_1_mm", solver.climb.growth_1_mm);
+  put("climb.motion_cost", solver.climb.motion_cost);
   put("anchor.speed_m_s", AnchorOptions().speed_m_s);
   put("anchor.hand_share", AnchorOptions().hand_share);
   put("anchor.most_share_m_s", AnchorOptions().most_share_m_s);

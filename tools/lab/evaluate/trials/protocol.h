@@ -16,6 +16,7 @@ struct ProtocolOptions {
   std::uint64_t routes = 0;                      // number of routes
   std::uint64_t ablation_routes = 40;            // approximate number of them for ablations
   bool quick = false;                            // a few of everything
+  bool scenes_only = false;                      // the medium hand in the scenes, 20 tremors each
 };
 
 inline constexpr double kStressZoom_um = 3000;
