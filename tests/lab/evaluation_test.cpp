@@ -60,6 +60,17 @@ TEST(Evaluation, WritesTheSameBytesWhateverTheThreadsAndAPageThatNeedsNothingEls
     EXPECT_TRUE(evaluated["tables"].contains(table)) << table;
 }
 
+TEST(Evaluation, RunsTheScenesThatAreNamedAndNoMore) {
+  const test::TempFolder folder;
+  const test::Outcome outcome = test::runFiliform(
+      {"evaluate", "--out", folder / "out", "--scenes", "meander,scene2", "--methods", "climb,nearest"});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  for (const char* row :
+       {"| meander | climb | 20 of 20 |", "| meander | nearest | 20 of 20 |", "| scene 2 | climb | 20 of 20 |"})
+    EXPECT_NE(outcome.out.find(row), std::string::npos) << row << '\n' << outcome.out;
+  EXPECT_EQ(outcome.out.find("elbows"), std::string::npos);
+}
+
 TEST(Evaluation, ProgramRefusesWhatMakesNoSense) {
   const test::TempFolder folder;
   const auto refuses = [&](std::vector<std::string> arguments, int code, const std::string& says) {
@@ -72,6 +83,7 @@ TEST(Evaluation, ProgramRefusesWhatMakesNoSense) {
   };
   refuses({"--methods", "magic"}, 2, "magic");
   refuses({"--zooms", "0"}, 2, "zoom");
+  refuses({"--scenes", "heap"}, 2, "no such scene 'heap'");
   refuses({"--corpus", folder / "none"}, 3, "none");
   test::writeBytes(folder / "tiny.swc", "1 1 0 0 0 1 -1\n2 3 1 0 0 1 1\n");
   refuses({"--corpus", folder / "tiny.swc"}, 1, "40 um");

@@ -65,8 +65,10 @@ int runSynth(const SyntheticOptions& options, const std::string& out) {
   if (!options.placements_out.empty())
     people << escaped(options.placements_out) << ": places these morphologies " << counted(summary.cells, "time")
            << "\n";
-  const auto& scenes = sceneKinds();
-  if (std::find(scenes.begin(), scenes.end(), options.kind) != scenes.end())
+  const auto isOneOf = [&](const std::vector<std::string>& kinds) {
+    return std::find(kinds.begin(), kinds.end(), options.kind) != kinds.end();
+  };
+  if (isOneOf(sceneKinds()) || isOneOf(hardSceneKinds()))
     people << "suggested route through this scene: --route " << sceneRoute(options.kind) << '\n';
   return 0;
 }

@@ -126,6 +126,11 @@ void addEvaluate(CLI::App& app, Chosen& chosen) {
       ->delimiter(',');
   evaluate->add_option("--zooms", options->zooms_um, "zooms of the main tables, um across 12 cm; default: 100,300,1000")
       ->delimiter(',');
+  evaluate
+      ->add_option(
+          "--scenes", options->scenes,
+          "run only these scenes, with 20 tremors: " + kindList(sceneKinds()) + ", " + kindList(hardSceneKinds()))
+      ->delimiter(',');
   evaluate->add_flag("--quick", options->quick, "run a few of everything, to see that it works");
   addProgressOption(*evaluate);
   evaluate->callback([options, &chosen] { chosen = [options] { return runEvaluate(*options); }; });

@@ -40,7 +40,7 @@ bool isOneOf(const std::vector<std::string>& kinds, const std::string& kind) {
   return std::find(kinds.begin(), kinds.end(), kind) != kinds.end();
 }
 
-bool isScene(const std::string& kind) { return isOneOf(sceneKinds(), kind); }
+bool isScene(const std::string& kind) { return isOneOf(sceneKinds(), kind) || isOneOf(hardSceneKinds(), kind); }
 
 Fan fanOf(std::uint64_t seed, std::uint64_t number) {
   return buildFan(drawFan(seed, number, kFanBranches[number % std::size(kFanBranches)]));
@@ -176,8 +176,13 @@ std::string placementTable(const SyntheticOptions& options, const Plan& plan, co
 }  // namespace
 
 const std::vector<std::string>& syntheticKinds() {
-  static const std::vector<std::string> kKinds{"column", "traces", "fan",    "scene1",
-                                               "scene2", "scene3", "elbows", "hooks"};
+  static const std::vector<std::string> kKinds{"column", "traces", "fan", "scene1",  "scene2", "scene3",
+                                               "elbows", "hooks",  "hub", "bouquet", "coil",   "meander"};
+  return kKinds;
+}
+
+const std::vector<std::string>& hardSceneKinds() {
+  static const std::vector<std::string> kKinds{"hub", "bouquet", "coil", "meander"};
   return kKinds;
 }
 
@@ -193,7 +198,11 @@ std::string kindList(const std::vector<std::string>& kinds) {
 }
 
 std::string sceneRoute(const std::string& kind) {
-  if (!isScene(kind)) refuseKind("scene", kind, sceneKinds());
+  if (!isScene(kind)) {
+    std::vector<std::string> kinds = sceneKinds();
+    kinds.insert(kinds.end(), hardSceneKinds().begin(), hardSceneKinds().end());
+    refuseKind("scene", kind, kinds);
+  }
   std::uint32_t tip = 0;
   buildScene(kind, tip);
   return "1:" + std::to_string(tip + 1);

@@ -30,9 +30,10 @@
 namespace filiform::tools {
 
 struct SyntheticOptions {
-  // "column", "traces", "fan", or a scene (sceneKinds()). A scene is one cell, and ignores `cells` and `seed`.
-  // "traces" makes `cells` neurons, in turn on a voxel lattice and with a jittered depth (synthetic_trace.h). "fan"
-  // makes `cells` fans of 3, 5, 7 and 10 branches in turn (synthetic_fan.h). Only a column uses `placements_out`.
+  // "column", "traces", "fan", or a scene (sceneKinds(), hardSceneKinds()). A scene is one cell, and ignores `cells`
+  // and `seed`. "traces" makes `cells` neurons, in turn on a voxel lattice and with a jittered depth
+  // (synthetic_trace.h). "fan" makes `cells` fans of 3, 5, 7 and 10 branches in turn (synthetic_fan.h). Only a column
+  // uses `placements_out`.
   std::string kind = "column";
   std::uint32_t cells = 200;
   std::uint64_t seed = 1;
@@ -70,6 +71,12 @@ const std::vector<std::string>& syntheticKinds();
 //   elbows   scene 1 with rounded corners
 //   hooks    wide forks and rounded corners; the route has two hooks
 const std::vector<std::string>& sceneKinds();
+// Kinds that are scenes too, and hard to follow:
+//   hub      20 000 branches of 100 um at one node; the route goes from tip to tip
+//   bouquet  60 branches within .15 rad of a trunk; the route ends in their middle
+//   coil     60 turns of radius 2 um, .5 um apart
+//   meander  60 lanes of 6 um, .5 um apart
+const std::vector<std::string>& hardSceneKinds();
 // The kinds as text for messages: "column, fan, ... or hooks".
 std::string kindList(const std::vector<std::string>& kinds);
 

@@ -1,8 +1,9 @@
-// The scenes of the evaluation, built to the text of the paper's section 5 before any method was run on them, and two
-// scenes with rounded corners.
+// The scenes of the evaluation, built to the text of the paper's section 5 before any method was run on them, two
+// scenes with rounded corners, and shapes that are hard to follow.
 #include "tools/synthetic/synthetic_neuron.h"
 #include "tools/synthetic/synthetic_path.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <string>
 #include <utility>
@@ -106,6 +107,62 @@ Neuron buildHooks(std::uint32_t& tip) {
   return path.take();
 }
 
+// 20 000 branches of 100 um at one node, in every direction. The route goes from tip to tip, nearly straight on.
+Neuron buildHub(std::uint32_t& tip) {
+  SyntheticRandom random(7, 1);
+  SyntheticPath path(4);
+  const Vector3d first = 100 * random.direction();
+  const std::uint32_t hub = path.follow(path.root(first), {Vector3d::Zero()});
+  Vector3d last = first;
+  std::vector<Vector3d> others;
+  for (int i = 1; i < 20000; ++i) {
+    others.push_back(100 * random.direction());
+    if (others.back().dot(first) < last.dot(first)) std::swap(last, others.back());
+  }
+  others.erase(std::find(others.begin(), others.end(), first));
+  for (const Vector3d& other : others) path.follow(hub, {other});
+  tip = path.follow(hub, {last});
+  return path.take();
+}
+
+// 60 branches of 100 um within .15 rad of a trunk. The route ends in their middle.
+Neuron buildBouquet(std::uint32_t& tip) {
+  SyntheticRandom random(5, 1);
+  SyntheticPath path(2);
+  const Vector3d trunk(60, 0, 0);
+  const std::uint32_t fork = path.follow(path.root(Vector3d::Zero()), {trunk});
+  for (int i = 0; i < 60; ++i) {
+    const Vector3d disc = (i == 59 ? 0.05 : 0.15) * random.inDisc();
+    tip = path.follow(fork, {trunk + 100 * Vector3d(1, disc.x(), disc.z()).normalized()});
+  }
+  return path.take();
+}
+
+// 60 turns of radius 2 um, .5 um apart.
+Neuron buildCoil(std::uint32_t& tip) {
+  constexpr double kCosine = 0.96, kSine = 0.28;  // a turn has 22.1 samples
+  SyntheticPath path(2);
+  Vector3d p(2, 0, 0);
+  tip = path.root(p);
+  for (int i = 0; i < 1328; ++i) {
+    p = {kCosine * p.x() - kSine * p.y(), kSine * p.x() + kCosine * p.y(), p.z() + 0.5 / 22.14};
+    tip = path.follow(tip, {p});
+  }
+  return path.take();
+}
+
+// 60 lanes of 6 um, .5 um apart.
+Neuron buildMeander(std::uint32_t& tip) {
+  SyntheticPath path(1);
+  std::vector<Vector3d> corners;
+  for (int i = 0; i < 60; ++i) {
+    corners.emplace_back(i % 2 == 0 ? 6 : 0, 0.5 * i, 0);
+    corners.emplace_back(corners.back() + Vector3d(0, 0.5, 0));
+  }
+  tip = path.follow(path.root(Vector3d::Zero()), corners);
+  return path.take();
+}
+
 }  // namespace
 
 Neuron buildScene(const std::string& kind, std::uint32_t& tip) {
@@ -119,6 +176,18 @@ Neuron buildScene(const std::string& kind, std::uint32_t& tip) {
   } else if (kind == "hooks") {
     scene = buildHooks(tip);
     scene.description = "hooks: a branching structure with wide forks and rounded corners, a way with two hooks";
+  } else if (kind == "hub") {
+    scene = buildHub(tip);
+    scene.description = "hub: 20 000 branches at one node, a way from tip to tip";
+  } else if (kind == "bouquet") {
+    scene = buildBouquet(tip);
+    scene.description = "bouquet: 60 branches within .15 rad, a way to one in their middle";
+  } else if (kind == "coil") {
+    scene = buildCoil(tip);
+    scene.description = "coil: 60 turns of radius 2 um, .5 um apart";
+  } else if (kind == "meander") {
+    scene = buildMeander(tip);
+    scene.description = "meander: 60 lanes of 6 um, .5 um apart";
   } else {
     const bool easy = kind == "scene2";
     Branching both = branching();

@@ -289,7 +289,8 @@ TEST(Synthetic, ScenesTwoAndThreeAreTwoWaysThroughOneStructure) {
 }
 
 TEST(Synthetic, EverySceneEndsAtATipAndItsFileNamesItsRoute) {
-  for (const std::string& kind : sceneKinds()) {
+  for (const std::string& kind : syntheticKinds()) {
+    if (kind == "column" || kind == "traces" || kind == "fan") continue;
     SCOPED_TRACE(kind);
     const Cell cell = cellsOf(scene(kind)).at(0);
     const std::string route = sceneRoute(kind);

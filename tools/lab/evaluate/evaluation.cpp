@@ -88,6 +88,18 @@ EvaluationResults measure(CellStream& cells, const EvaluationOptions& options) {
   return r;
 }
 
+std::string evaluateScenes(const EvaluationOptions& options) {
+  EvaluationResults r;
+  r.options = options;
+  r.protocol = protocolOf(options);
+  r.protocol.scenes_only = true;
+  r.scenes = evaluationScenes(options.scenes);
+  r.scene_conditions = sceneConditions(r.protocol);
+  r.scene_trials = runCampaign(r.scenes, r.scene_conditions, campaignOptions(options, "scenes"));
+  writeEvaluationData(r);
+  return markdownTable(sceneForceTable(r));
+}
+
 std::vector<PageSection> sectionsOf(const EvaluationResults& r, Goals& goals) {
   std::vector<PageSection> sections;
   sections.push_back(sceneSection(r, goals));
@@ -106,6 +118,7 @@ std::vector<PageSection> sectionsOf(const EvaluationResults& r, Goals& goals) {
 }  // namespace
 
 std::string evaluate(CellStream& cells, const EvaluationOptions& options) {
+  if (!options.scenes.empty()) return evaluateScenes(options);
   const auto began = std::chrono::steady_clock::now();
   const EvaluationResults r = measure(cells, options);
   Goals goals;

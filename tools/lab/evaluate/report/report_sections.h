@@ -20,6 +20,8 @@ PageSection ablationSection(const EvaluationResults& r);
 PageSection holdSection(const EvaluationResults& r);
 PageSection parameterSection();
 
+// A row for each scene and method: the medium hand at 200 N/m.
+BenchTable sceneForceTable(const EvaluationResults& r);
 // A row for each number of branches and aim error: the number of fans that each method completed.
 BenchTable fanSummaryTable(const EvaluationResults& r);
 // A row for each method and zoom, over the routes of `part`.

@@ -17,15 +17,16 @@ std::uint32_t rankOf(const Cell& cell, const std::string& id) {
 
 }  // namespace
 
-std::vector<CorpusCell> evaluationScenes() {
+std::vector<CorpusCell> evaluationScenes(std::vector<std::string> kinds) {
+  if (kinds.empty()) kinds = sceneKinds();
   std::vector<CorpusCell> scenes;
-  for (const std::string& kind : sceneKinds()) {
+  for (const std::string& kind : kinds) {
+    const std::string ends = sceneRoute(kind);
     SyntheticOptions options;
     options.kind = kind;
     CorpusCell scene;
     SyntheticCells(options).next(scene.cell);
     scene.cell.source = kind;
-    const std::string ends = sceneRoute(kind);
     const std::size_t colon = ends.find(':');
     DrawnRoute route;
     route.first = rankOf(scene.cell, ends.substr(0, colon));

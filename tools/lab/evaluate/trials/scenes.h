@@ -13,8 +13,9 @@
 
 namespace filiform::tools {
 
-// One cell with one route for each of sceneKinds(), in this order. The kind is the cell's source.
-std::vector<CorpusCell> evaluationScenes();
+// One cell with one route for each kind (tools/synthetic/synthetic.h), in this order; none: for each of sceneKinds().
+// The kind is the cell's source. Throws UsageError for a kind that is no scene.
+std::vector<CorpusCell> evaluationScenes(std::vector<std::string> kinds = {});
 // "scene 1", "hooks".
 std::string sceneTitle(const CorpusCell& scene);
 
