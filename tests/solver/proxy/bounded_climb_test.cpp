@@ -338,9 +338,9 @@ TEST(BoundedClimb, EveryBranchOfAHubIsSeenWithinFourTimesDegreeOverTheCap) {
   }
 }
 
-// 20 000 straight branches: all are looked at within 20 000 / (2 x 2048) looks, in every second tick. The proxy goes
-// down others before, and must have the patience to come back.
-TEST(BoundedClimb, AtAHubTheBranchThatPointsToTheHandIsFoundInTwentyTicks) {
+// 20 000 straight branches: all are looked at within 20 000 / (2 x 2048) looks, in every second tick. The rest lets the
+// proxy come back from others that it goes down before.
+TEST(BoundedClimb, AtAHubTheBranchThatPointsToTheHandIsFoundInTenTicks) {
   constexpr std::uint32_t kBranches = 20000;
   std::mt19937_64 random(2);
   std::normal_distribution<double> normal;
@@ -356,7 +356,7 @@ TEST(BoundedClimb, AtAHubTheBranchThatPointsToTheHandIsFoundInTwentyTicks) {
   const TestGraph graph = builder.build();
   const TiledGraph tiled(graph, 100000);
   const GraphView view = viewOf(tiled, graph);
-  const auto solved = climber(2048);
+  const auto solved = climber(2048, {.rest_mm = 60});
   for (const std::size_t wanted : {0u, 7000u, kBranches - 1}) {
     solved->setPlace(view.placeAt(0, {0, tips[(wanted + 100) % kBranches]}, 0.99));  // 0.4 um from the hub
     SolverStep step;
@@ -364,7 +364,7 @@ TEST(BoundedClimb, AtAHubTheBranchThatPointsToTheHandIsFoundInTwentyTicks) {
     while (solved->place().segment != SegmentId{0, tips[wanted]}) {
       watchedTick(*solved, view, {30 * directions[wanted], 1e-3, 1000}, step);
       ASSERT_LE(step.visited, 2048u);
-      ASSERT_LE(++ticks, 20) << wanted;
+      ASSERT_LE(++ticks, 10) << wanted;
     }
     solved->undo();
     EXPECT_NE(solved->place().segment, (SegmentId{0, tips[wanted]}));
