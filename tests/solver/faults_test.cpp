@@ -113,7 +113,7 @@ TEST_P(FaultsUnderfoot, TheDeviceIsSentSafeForces) {
   // A run calls `ending` before it waits for its threads.
   if (kind == "silent") options.ending = [&](const RunSummary&) { released = true; };
   const auto on_tick = [&](const TickRow& row) {
-    if (row.tick == 300) {
+    if (row.tick == 100) {
       faults.arm();
       if (kind == "truncated")
         for (const auto& entry : fs::recursive_directory_iterator(folder / "a.fil"))
