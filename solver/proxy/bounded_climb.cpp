@@ -107,7 +107,8 @@ void BoundedClimb::wait(const ProbeState& probe, double distance_um) noexcept {
   double& m = state_.patience_mm;
   m = std::max(0.0, m - climb_.motion_cost * (1 + climb_.growth_1_mm * m) * moved_mm);
   if (pull_mm > climb_.pull_mm)
-    m += climb_.patience_1_s * (1 + climb_.growth_1_mm * m) * (pull_mm - climb_.pull_mm) * dt_s;
+    m += climb_.patience_1_s * (1 + climb_.growth_1_mm * m) * std::min(pull_mm - climb_.pull_mm, climb_.most_pull_mm) *
+         dt_s;
   else
     m *= std::max(0.0, 1.0 - dt_s / kForget_s);
   m = std::min(m, climb_.most_mm);
@@ -132,7 +133,7 @@ void BoundedClimb::search(const ProbeState& probe, SolverStep& step) noexcept {
   if (scaled) {
     const double pull_mm = 1e3 * (std::sqrt(best2) / probe.scale_um_m);
     const double budget_mm = std::min(climb_.most_mm, climb_.rest_mm + climb_.gain * pull_mm + state_.patience_mm);
-    budget_um_ = 1e-3 * budget_mm * probe.scale_um_m;
+    budget_um_ = 1e-3 * probe.leap * budget_mm * probe.scale_um_m;
   }
 
   graph_.newSearch();

@@ -8,12 +8,12 @@
 //
 //   tick(h, dt, scale):                    p: the proxy; m: the patience budget; v: what p moved since the last tick
 //     m = max(0, m - cost (1 + growth m) v)
-//     |p - h| > pull:    m = m + patience (1 + growth m) (|p - h| - pull) dt      the hand keeps pulling: m grows
+//     |p - h| > pull:    m = m + patience (1 + growth m) min(|p - h| - pull, most_pull) dt     the hand keeps pulling
 //     otherwise:         m = m max(0, 1 - dt / 0.2 s)
 //     m = min(m, most)
 //   search:
 //     S = p's segment;  q = closest point of S to h;  best = q, or p if q is not nearer
-//     r = min(most, rest + gain |best - h| + m), constant during the tick
+//     r = leap min(most, rest + gain |best - h| + m), constant during the tick
 //     offer S's ends; on S, only the part that rises between p, q and the end costs
 //     pop the node n of lowest cost (ties: lower id); for each segment S' at n, in the order of ids, not tested yet:
 //       work == max_visited: capped; the best so far is the answer

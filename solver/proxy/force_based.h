@@ -8,8 +8,8 @@
 // ForceReading::text (`--method force`), the text of 3.3. Each branch carries a sub-goal: the nearest point so far on
 // the branch, at the distance d_sub from h (infinite at the start).
 //
-//   q at an end node n: stop if n is visited or |q-h| > d_sub. Otherwise q is the new sub-goal, and n is entered.
-//   q in the interior:  stop if |q-h| > d_sub. Otherwise q is the new sub-goal, and each unvisited end node n (child,
+//   q at an end node n: stop if n is visited or |q-h| >= d_sub. Otherwise q is the new sub-goal, and n is entered.
+//   q in the interior:  stop if |q-h| >= d_sub. Otherwise q is the new sub-goal, and each unvisited end node n (child,
 //                       then parent) with |n-q| < r is entered.
 //
 // So a branch may rise from an interior minimum to one end of its segment. It must fall below that minimum on the very
@@ -22,8 +22,9 @@
 //   |q-h| > dist: stop. Otherwise dist = |q-h|, and each unvisited end node n (child, then parent) with |n-q| <= r is
 //                 entered, wherever q lies.
 //
-// So the listing differs in two rules. It tests the spheres of both ends even if q is an end: a proxy that rests at a
-// node escapes too. It drops each branch that is not nearer than the best point found on any branch before it.
+// So the listing differs in three rules. It tests the spheres of both ends even if q is an end: a proxy that rests at a
+// node escapes too. It drops each branch that is farther than the best point found on any branch before it. It goes on
+// at an equal distance.
 //
 // The listing cannot be taken literally in two places. It writes "dist' = dist" but must mean dist = dist' (literally,
 // the proxy would never move). It never marks the elements that it calls visited; here each procedure marks on entry,

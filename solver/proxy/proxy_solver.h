@@ -29,10 +29,11 @@ struct ClimbParameters {
   double gain = 4;      // additional climb for each mm of pull; 3 to 6 perform alike, 2 and less lose routes
   double most_mm = 60;  // upper limit of the climb: half the workspace
   // The patience m, mm of climb, in each tick: it loses motion_cost (1 + growth_1_mm m) for each mm that the proxy has
-  // moved, and gains patience_1_s (1 + growth_1_mm m) a second for each mm of pull beyond pull_mm. patience_1_s 0:
-  // none.
+  // moved, and gains patience_1_s (1 + growth_1_mm m) a second for each mm of pull beyond pull_mm, at most for
+  // most_pull_mm: tiles must arrive while it grows. patience_1_s 0: none.
   double patience_1_s = 160;
   double pull_mm = 0.25;
+  double most_pull_mm = 0.5;
   double growth_1_mm = 1;
   double motion_cost = 1.5;
 };
@@ -51,6 +52,7 @@ struct ProbeState {                 // input of a tick
   Vector3d h_W = Vector3d::Zero();  // um
   double dt_s = 1e-3;               // since the last tick
   double scale_um_m = 2500;         // um of world for each metre of device; 2500: 300 um across 0.12 m
+  double leap = 1;                  // bounded climb only, 0 to 1: the part of its budget that it may use
 };
 
 // A small set of tiles. add() does not allocate.

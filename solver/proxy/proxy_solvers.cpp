@@ -35,6 +35,7 @@ void checkParameters(const SolverParameters& parameters) {
   requireNonNegative(parameters.climb.most_mm, "most_mm");
   requireNonNegative(parameters.climb.patience_1_s, "patience_1_s");
   requireNonNegative(parameters.climb.pull_mm, "pull_mm");
+  requireNonNegative(parameters.climb.most_pull_mm, "most_pull_mm");
   requireNonNegative(parameters.climb.growth_1_mm, "growth_1_mm");
   requireNonNegative(parameters.climb.motion_cost, "motion_cost");
 }

@@ -18,6 +18,7 @@ constexpr std::uint32_t kPrepared = 64, kLeastPrepared = 16;  // nodes
 WorkspaceOptions gentle(const NavigationOptions& options) {
   if (!(options.drift_force_N_s >= 0 && std::isfinite(options.drift_force_N_s)))
     throw UsageError("the drift force of the workspace must be finite and >= 0 N/s");
+  if (!(options.leap >= 0 && options.leap <= 1)) throw UsageError("the leap must be between 0 and 1");
   WorkspaceOptions workspace = options.workspace;
   workspace.drift_speed_m_s =
       std::min(workspace.drift_speed_m_s, options.drift_force_N_s / options.force.stiffness_N_m);
@@ -35,7 +36,8 @@ Navigation::Navigation(const GraphView& graph, std::unique_ptr<ProxySolver> solv
       rate_control_(options.rate_control),
       local_model_(options.local_model),
       has_stylus_(options.has_stylus),
-      state_{ForceLaw(options.force), Workspace(gentle(options)), Anchor(options.anchor), RateControl(options.rate)},
+      state_{ForceLaw(options.force), Workspace(gentle(options)), Anchor(options.anchor), RateControl(options.rate),
+             options.leap},
       saved_(state_) {
   for (std::size_t i = 0; i < actions_.size(); ++i)
     if (actions_[i] == ButtonAction::turn) clutch_ |= 1U << i;
@@ -119,6 +121,10 @@ bool Navigation::apply(const NavigationCommand& command, const Eigen::Vector3d& 
     case Kind::centre:
       state_.workspace.startCentring();
       break;
+    case Kind::leap:
+      done = command.factor >= 0 && command.factor <= 1;
+      if (done) state_.leap = command.factor;
+      break;
   }
   state_.refused += !done;
   return done;
@@ -190,7 +196,7 @@ bool Navigation::changesBeforeSolving(const DeviceState& device) const noexcept 
   if (state_.mode == NavigationMode::constrained) {
     if (usable && place().valid()) {
       tick_.solved = true;
-      solver_->advance(graph_, {tick_.h_W, dt_s, workspace.scale_um_m()}, tick_.step);
+      solver_->advance(graph_, {tick_.h_W, dt_s, workspace.scale_um_m(), state_.leap}, tick_.step);
       tick_.frontier = tick_.step.absent.count > 0;
       p_W = place().p_W;
     }
@@ -279,6 +285,7 @@ void Navigation::fill(NavigationSnapshot& snapshot) const noexcept {
   snapshot.centre_W = state_.workspace.centre_W();
   snapshot.rotation_WD = Eigen::Quaterniond(state_.workspace.rotationMatrix());
   snapshot.zoom_um = state_.workspace.zoom_um();
+  snapshot.leap = state_.leap;
   snapshot.has_stylus = has_stylus_;
   snapshot.stylus_D = state_.stylus_D;
   snapshot.visited = tick_.step.visited;

@@ -54,6 +54,9 @@ struct NavigationOptions {
   // same.
   bool local_model = false;
   bool has_stylus = false;  // the device senses its orientation: the snapshot shows it
+  // How far the proxy may climb along the structure in a tick, for a smaller force: a part of bounded climb's budget,
+  // 0 (only where the distance to the hand falls) to 1. The other methods ignore it.
+  double leap = 1;
   // Limits the drift of the workspace to this over the stiffness. So drift alone changes the force by at most
   // drift_force_N_s dt in a tick.
   double drift_force_N_s = 20;
@@ -77,8 +80,8 @@ struct NavigationTick {
 class Navigation {
  public:
   // Starts in constrained mode without a place, so without force, until the first jump or constrain. The graph must
-  // outlive the navigation. Throws UsageError as ForceLaw, Workspace and Anchor do, and for a drift force that is not
-  // >= 0 and finite.
+  // outlive the navigation. Throws UsageError as ForceLaw, Workspace and Anchor do, for a drift force that is not >= 0
+  // and finite, and for a leap outside 0 to 1.
   Navigation(const GraphView& graph, std::unique_ptr<ProxySolver> solver, const NavigationOptions& options);
 
   // Applies a command. Call between ticks. `h_D` is the hand's position (m): a jump puts the new place there, so that
@@ -119,6 +122,7 @@ class Navigation {
     Workspace workspace;
     Anchor anchor;
     RateControl rate;
+    double leap;
     SpringModel spring{};
     NavigationMode mode = NavigationMode::constrained;
     bool was_ready = false;

@@ -32,6 +32,7 @@ struct NavigationCommand {
     zoom,       // multiply the zoom by `factor`, about the proxy
     rotate,     // turn the world by `about_x_rad`, `about_y_rad` about the screen's axes through the proxy
     centre,     // bring the proxy to the centre of the device, at the drift speed
+    leap,       // from now on, the solver may leap by `factor`: NavigationOptions::leap
   };
   Kind kind = Kind::none;
   ProxyPlace place;
@@ -51,7 +52,7 @@ struct NavigationSnapshot {  // of one tick
   Vector3d force_N = Vector3d::Zero();   // frame D
   Vector3d centre_W = Vector3d::Zero();  // of the workspace
   Eigen::Quaterniond rotation_WD = Eigen::Quaterniond::Identity();
-  double zoom_um = 0;
+  double zoom_um = 0, leap = 1;
   bool has_stylus = false;  // the device senses its orientation
   Orientation stylus_D{1, 0, 0, 0};
   std::uint32_t visited = 0;

@@ -40,7 +40,7 @@ struct NavigateArguments {
   std::string scene, cell, method = "climb", hand, device, budget, prefetch = "structure", delays = "constant", record,
                            csv, fault_csv, plot, picture;
   std::string route = "longest";
-  double zoom_um = 300, rate_Hz = 1000, latency_ms = 0;
+  double zoom_um = 300, leap = 1, rate_Hz = 1000, latency_ms = 0;
   std::string passivity = "auto";
   std::vector<std::string> given;  // options of the command line, for a replay
   std::optional<double> seconds, speed_m_s, stiffness_N_m;
@@ -100,6 +100,7 @@ RunOptions optionsOf(const NavigateArguments& a, const TileStore& store, bool in
     throw UsageError("--passivity " + inShort(a.passivity) + ": choose auto, on or off");
   if (a.passivity != "auto") options.passivity = a.passivity == "on";
   options.zoom_um = a.zoom_um;
+  options.leap = a.leap;
   if (!(a.rate_Hz > 0 && a.rate_Hz <= kMostRate_Hz))
     throw UsageError("--rate " + formatNumber(a.rate_Hz) + ": give more than 0 and at most " +
                      std::to_string(static_cast<int>(kMostRate_Hz)) + " ticks a second");
@@ -435,6 +436,11 @@ void addNavigate(CLI::App& app, Chosen& chosen) {
                       "stop after this simulated time; default: 10 times the nominal time + 20 s, a tour 60 s");
   command->add_option("--method", a->method, "find the proxy with basic, shading, force, force-listing or climb")
       ->capture_default_str();
+  command
+      ->add_option("--leap", a->leap,
+                   "let climb go up this part of its range in a tick: 0 follows the neurite, 1 needs the least force")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 1.0));
   command->add_option("--hand", a->hand, "simulate a loose, medium or firm hand: short for --device sim:HAND");
   command->add_option("--device", a->device, "use " + std::string(deviceChoices()) + "; default sim:medium");
   command->add_option("--stiffness", a->stiffness_N_m,

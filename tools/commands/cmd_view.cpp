@@ -38,7 +38,7 @@ struct ViewArguments {
   std::shared_ptr<const RemoteArguments> remote;
   std::vector<std::string> scene, given;  // given: the options of the command line
   std::string device = "mouse", method = "climb", budget, record, state, pictures = ".", size, follow;
-  double zoom_um = 300;
+  double zoom_um = 300, leap = 1;
   std::optional<double> seconds, stiffness_N_m;
   std::uint64_t segments = 0;
   std::string theme, colour_by;
@@ -136,7 +136,7 @@ int runView(const ViewArguments& a) {
     if (follow) follow->throwIfRefused();
   };
   if (a.device.starts_with("replay:"))
-    for (const char* const option : {"--method", "--zoom", "--stiffness"})
+    for (const char* const option : {"--method", "--zoom", "--leap", "--stiffness"})
       if (std::find(a.given.begin(), a.given.end(), option) != a.given.end())
         throw UsageError(std::string(option) + ": leave it out; a replay shows the travel as it was recorded");
   if (follow)
@@ -158,6 +158,7 @@ int runView(const ViewArguments& a) {
   options.session.device = a.device;
   options.session.method = solverMethod(a.method);
   options.session.zoom_um = a.zoom_um;
+  options.session.leap = a.leap;
   options.session.stiffness_N_m = a.stiffness_N_m;
   if (!a.budget.empty()) options.session.budget_bytes = parseBytes("--budget", a.budget);
   options.session.record = a.record;
@@ -198,6 +199,11 @@ void addView(CLI::App& app, Chosen& chosen) {
   command->add_option("--zoom", a->zoom_um, "show this much tissue, um, across the workspace at the start")
       ->capture_default_str()
       ->check(CLI::Range(Workspace::kMinZoom_um, Workspace::kMaxZoom_um));
+  command
+      ->add_option("--leap", a->leap,
+                   "let climb go up this part of its range in a tick: 0 follows the neurite, 1 needs the least force")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 1.0));
   command->add_option("--stiffness", a->stiffness_N_m, "stiffness of the spring to the proxy, N/m");
   command->add_option("--budget", a->budget,
                       "use at most this memory for the tiles near the hand, such as 64MiB; default: no limit");

@@ -131,6 +131,9 @@ void addEvaluate(CLI::App& app, Chosen& chosen) {
           "--scenes", options->scenes,
           "run only these scenes, with 20 tremors: " + kindList(sceneKinds()) + ", " + kindList(hardSceneKinds()))
       ->delimiter(',');
+  evaluate->add_option("--leap", options->leap, "let climb use this part of its budget, as filiform navigate --leap")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 1.0));
   evaluate->add_flag("--quick", options->quick, "run a few of everything, to see that it works");
   addProgressOption(*evaluate);
   evaluate->callback([options, &chosen] { chosen = [options] { return runEvaluate(*options); }; });

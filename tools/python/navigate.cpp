@@ -41,8 +41,8 @@ std::optional<T> optionalNumber(const char* name, py::handle value) {
 
 py::tuple navigate(SetHandle& handle, std::optional<std::uint32_t> cell, const std::string& route,
                    const std::string& method, const std::string& device, py::handle seed, py::handle seconds,
-                   py::handle zoom, py::handle rate, py::handle speed, py::handle stiffness, py::handle budget,
-                   const std::string& record) {
+                   py::handle zoom, py::handle leap, py::handle rate, py::handle speed, py::handle stiffness,
+                   py::handle budget, const std::string& record) {
   RunOptions options;
   options.cell = cell;
   options.route = route;
@@ -51,6 +51,7 @@ py::tuple navigate(SetHandle& handle, std::optional<std::uint32_t> cell, const s
   options.seed = countArgument("seed", seed, 0);
   options.seconds = optionalNumber<double>("seconds", seconds);
   options.zoom_um = numberArgument("zoom", zoom);
+  options.leap = numberArgument("leap", leap);
   options.rate_Hz = numberArgument("rate", rate);
   if (!(options.rate_Hz > 0 && options.rate_Hz <= 1e6))
     throw py::value_error("rate: give more than 0 and at most 1e6 ticks a second");

@@ -30,8 +30,8 @@ template <typename GoOn>
     if (q.t == 1.0) go_on(true);
     return;
   }
-  if (q.squared_distance > bound2) return;
   const bool listing = reach.escape == Escape::listing;
+  if (listing ? q.squared_distance > bound2 : q.squared_distance >= bound2) return;
   if (!listing && q.t == 0.0) return go_on(false);
   if (!listing && q.t == 1.0) return go_on(true);
   const double r_um = std::min(reach.r_max_um, reach.gain * std::sqrt(q.squared_distance) + reach.r_min_um);

@@ -73,6 +73,7 @@ std::vector<TextOption> textOptions(const TileStore& store) {
          if (text != "auto") o.passivity = text == "on";
        }},
       numberOption("--zoom", &RunOptions::zoom_um),
+      numberOption("--leap", &RunOptions::leap),
       {"--speed", [](const RunOptions& o) { return toldNumber(o.person.speed_m_s); },
        [](RunOptions& o, const std::string& text) { o.person.speed_m_s = recordedNumber<double>(text); }},
       numberOption("--rate", &RunOptions::rate_Hz),

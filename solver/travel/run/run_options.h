@@ -31,6 +31,7 @@ struct RunOptions {
   // their damping is unknown.
   std::optional<bool> passivity;
   double zoom_um = 300;  // world across 0.12 m of device
+  double leap = 1;       // 0 to 1: see NavigationOptions
   double rate_Hz = 1000;
   int delay_samples = 1;    // of the simulated hand: 0, 1 or 2
   PersonParameters person;  // speed_m_s is the speed of the aim

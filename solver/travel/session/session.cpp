@@ -120,6 +120,7 @@ internal::NavigationChoice Session::Impl::choose(TileId tile_count) {
                        escaped(file) + ", or draw it with filiform render --path");
     internal::SessionCommands recorded = internal::readSessionCommands(file + ".json", tile_count);
     options.zoom_um = recorded.zoom_um;
+    options.leap = recorded.leap;
     options.method = recorded.method;
     options.stiffness_N_m = recorded.stiffness_N_m;
     options.rate_Hz = recorded.rate_Hz;
@@ -132,7 +133,8 @@ internal::NavigationChoice Session::Impl::choose(TileId tile_count) {
   return internal::chooseNavigation(device.capabilities(), {.held_device = handNameOf(device.heldDevice()),
                                                             .period_s = period_s,
                                                             .zoom_um = options.zoom_um,
-                                                            .stiffness_N_m = options.stiffness_N_m});
+                                                            .stiffness_N_m = options.stiffness_N_m,
+                                                            .leap = options.leap});
 }
 
 void Session::Impl::record() {
@@ -206,6 +208,7 @@ void Session::Impl::finishRecording() {
     internal::writeSessionCommands(kept + ".json", {.zoom_um = options.zoom_um,
                                                     .stiffness_N_m = choice.stiffness_N_m(),
                                                     .rate_Hz = options.rate_Hz,
+                                                    .leap = options.leap,
                                                     .method = options.method,
                                                     .commands = commanded});
   if (failure) std::rethrow_exception(failure);

@@ -46,6 +46,7 @@ struct SessionOptions {
   std::string device = "mouse";  // or as makeDevice() takes it; simulated hands follow the pointer too
   SolverMethod method = SolverMethod::climb;
   double zoom_um = 300;  // world across 0.12 m of device
+  double leap = 1;       // 0 to 1: see NavigationOptions
   double rate_Hz = 1000;
   std::optional<double> stiffness_N_m{};        // none: 200, with the loose hand 50; hardware: defaultStiffness()
   bool in_memory = false;                       // the store has all tiles in memory (a small scene): no reads

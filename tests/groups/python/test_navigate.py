@@ -43,7 +43,7 @@ def test_recordings_are_replayed(s, tmp_path):
 @pytest.mark.parametrize("wrong, error", [
     (dict(cell="nobody"), KeyError), (dict(route="nowhere"), ValueError), (dict(method="x"), ValueError),
     (dict(hand="iron"), (ValueError, RuntimeError)), (dict(seed=-1), ValueError), (dict(seconds=np.nan), ValueError),
-    (dict(zoom=0), ValueError), (dict(rate=0), ValueError), (dict(stiffness=-5), ValueError), (dict(budget=1), ValueError),
+    (dict(zoom=0), ValueError), (dict(leap=1.5), ValueError), (dict(rate=0), ValueError), (dict(stiffness=-5), ValueError), (dict(budget=1), ValueError),
     (dict(budget="x"), ValueError), (dict(seconds="1"), TypeError), (dict(record="/nowhere/a.rec"), OSError)])
 def test_wrong_travels_are_refused(s, wrong, error):
     with pytest.raises(error):

@@ -30,10 +30,10 @@ double eps(double distance) { return std::max(1e-9, 1e-12 * distance); }
 
 std::vector<ProbeState> probesFor(const WholeGraph& whole, std::mt19937_64& random, int smooth, int jumping) {
   std::vector<ProbeState> probes;
-  const double scale_um_m = kScales_um_m[random() % 4];
+  const double scale_um_m = kScales_um_m[random() % 4], leap = random() % 3 == 0 ? 0.2 : 1;
   for (const Vector3d& h_W : smoothProbes(whole, random, smooth)) {
     const std::uint64_t held = random() % 4 == 0 ? 10 : 1;  // so that the patience grows
-    for (std::uint64_t i = 0; i < held; ++i) probes.push_back({h_W, 1e-3, scale_um_m});
+    for (std::uint64_t i = 0; i < held; ++i) probes.push_back({h_W, 1e-3, scale_um_m, leap});
   }
   for (const Vector3d& h_W : jumpingProbes(whole, random, jumping))
     probes.push_back({h_W, 1e-2, kScales_um_m[random() % 4]});
@@ -182,10 +182,10 @@ TEST(BoundedClimb, PassesSeveralNodesUphillIfAndOnlyIfTheBudgetAllows) {
   const GraphView view = viewOf(tiled, elbow.graph);
   const double climb_mm = std::sqrt(0.5) + std::hypot(0.5, 0.4);  // from the elbow to the far corner
   for (const double share : {0.99, 1.01}) {
-    const auto solved = climber(256, {.rest_mm = share * climb_mm, .gain = 0, .patience_1_s = 0});
+    const auto solved = climber(256, {.rest_mm = 2 * climb_mm, .gain = 0, .patience_1_s = 0});
     solved->setPlace(view.placeAt(tiled.tileOf({0, 1}), {0, 1}, 0.0));
     SolverStep step;
-    watchedTick(*solved, view, {Elbow::probe_W(), 1e-3, Elbow::kScale_um_m}, step);
+    watchedTick(*solved, view, {Elbow::probe_W(), 1e-3, Elbow::kScale_um_m, share / 2}, step);
     EXPECT_EQ(solved->place().segment == (SegmentId{0, 4}), share > 1) << solved->place().p_W.transpose();
   }
 }

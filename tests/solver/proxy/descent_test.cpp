@@ -207,6 +207,7 @@ TEST(ProxySolver, RefusesParametersThatMakeNoSense) {
   EXPECT_NE(refuses([](auto& p) { p.climb.most_mm = inf; }).find("most_mm"), std::string::npos);
   EXPECT_NE(refuses([](auto& p) { p.climb.patience_1_s = -1; }).find("patience_1_s"), std::string::npos);
   EXPECT_NE(refuses([](auto& p) { p.climb.pull_mm = -1; }).find("pull_mm"), std::string::npos);
+  EXPECT_NE(refuses([](auto& p) { p.climb.most_pull_mm = -1; }).find("most_pull_mm"), std::string::npos);
   EXPECT_NE(refuses([](auto& p) { p.climb.growth_1_mm = -1; }).find("growth_1_mm"), std::string::npos);
   EXPECT_NE(refuses([](auto& p) { p.climb.motion_cost = nan; }).find("motion_cost"), std::string::npos);
 }

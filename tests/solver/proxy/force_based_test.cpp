@@ -113,6 +113,24 @@ TEST_F(ForceBased, OnlyTheListingClimbsFromANode) {
   EXPECT_EQ(step_.visited, 3u);
 }
 
+// Both slopes of the hump are equally near to the probe. A branch that leads to the probe begins behind the second one.
+TEST_F(ForceBased, OnlyTheListingGoesOnAtAnEqualDistance) {
+  const std::uint32_t left = builder_.node(Vector3d(-4, 0, 0)), top = builder_.node(Vector3d(0, 4, 0));
+  const std::uint32_t right = builder_.node(Vector3d(4, 0, 0)), tip = builder_.node(Vector3d(0.5, 0, 0));
+  builder_.link(top, left);
+  builder_.link(right, top);
+  builder_.link(tip, right);
+  graph_ = builder_.build();
+  tiled_ = std::make_unique<TiledGraph>(graph_, 1000);
+  const auto endsOn = [&](ForceReading reading) {
+    solver_ = makeForceBased(reach(0, 3, 3), reading);
+    solver_->setPlace(viewOf(*tiled_, graph_).placeAt(0, {0, top}, 0.5));
+    return advance(Vector3d(0, 0, 0)).segment;
+  };
+  EXPECT_EQ(endsOn(ForceReading::text), (SegmentId{0, top}));
+  EXPECT_EQ(endsOn(ForceReading::listing), (SegmentId{0, tip}));
+}
+
 // Two branches of a node: one ends 1.1 um from the probe, the other passes it at 2.5 um and ends 0.4 um from it.
 TEST_F(ForceBased, OnlyTheListingDropsABranchThatIsFartherThanAnotherBranch) {
   const auto endsOn = [&](ForceReading reading, bool short_first) {

@@ -222,12 +222,20 @@ TEST(Navigation, ImpossibleCommandsAreRefusedAndCounted) {
     command.factor = factor;
     EXPECT_FALSE(scene.navigation->apply(command, Vector3d::Zero()));
   }
+  command.kind = Kind::leap;
+  command.factor = 0.3;
+  EXPECT_TRUE(scene.navigation->apply(command, Vector3d::Zero()));
+  for (const double factor : {-0.1, 1.1, kNaN}) {
+    command.factor = factor;
+    EXPECT_FALSE(scene.navigation->apply(command, Vector3d::Zero()));
+  }
   command.kind = Kind::rotate;
   command.about_x_rad = kNaN;
   EXPECT_FALSE(scene.navigation->apply(command, Vector3d::Zero()));
   NavigationSnapshot snapshot;
   scene.navigation->fill(snapshot);
-  EXPECT_EQ(snapshot.commands_refused, 7u);
+  EXPECT_EQ(snapshot.commands_refused, 10u);
+  EXPECT_EQ(snapshot.leap, 0.3);
   EXPECT_FALSE(snapshot.place.valid());
 }
 
@@ -477,6 +485,8 @@ TEST(Navigation, RefusesOptionsThatMakeNoSense) {
   refuses([](NavigationOptions& o) { o.workspace.zoom_um = kNaN; });
   refuses([](NavigationOptions& o) { o.drift_force_N_s = -1; });
   refuses([](NavigationOptions& o) { o.anchor.speed_m_s = -1; });
+  refuses([](NavigationOptions& o) { o.leap = 1.1; });
+  refuses([](NavigationOptions& o) { o.leap = kNaN; });
 }
 
 }  // namespace

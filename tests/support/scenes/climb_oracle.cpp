@@ -23,7 +23,8 @@ std::uint32_t ClimbOracle::advance(const ProbeState& probe) {
   last_W_ = place_.p_W;
   double m = std::max(0.0, patience_mm_ - parameters_.motion_cost * (1 + growth * patience_mm_) * moved_mm);
   if (pull_mm > parameters_.pull_mm)
-    m += parameters_.patience_1_s * (1 + growth * m) * (pull_mm - parameters_.pull_mm) * probe.dt_s;
+    m += parameters_.patience_1_s * (1 + growth * m) *
+         std::min(pull_mm - parameters_.pull_mm, parameters_.most_pull_mm) * probe.dt_s;
   else
     m *= std::max(0.0, 1.0 - probe.dt_s / 0.2);
   patience_mm_ = std::min(m, parameters_.most_mm);
@@ -52,7 +53,7 @@ std::uint32_t ClimbOracle::advance(const ProbeState& probe) {
   climbed_um_ = 0;
   const double budget_mm = std::min(
       parameters_.most_mm, parameters_.rest_mm + parameters_.gain * device_mm(std::sqrt(best2)) + patience_mm_);
-  budget_um_ = 1e-3 * budget_mm * probe.scale_um_m;
+  budget_um_ = 1e-3 * probe.leap * budget_mm * probe.scale_um_m;
 
   using Offer = std::tuple<double, NodeId, std::uint32_t>;
   std::priority_queue<Offer, std::vector<Offer>, std::greater<>> queue;

@@ -37,6 +37,11 @@ ProtocolOptions protocolOf(const EvaluationOptions& options) {
   return protocol;
 }
 
+std::vector<Condition> leaping(std::vector<Condition> conditions, double leap) {
+  for (Condition& one : conditions) one.setup.leap = leap;
+  return conditions;
+}
+
 TrialCorpus corpusOf(CellStream& cells, const EvaluationOptions& options) {
   RouteDraw draw;
   draw.seed = options.seed;
@@ -70,9 +75,9 @@ EvaluationResults measure(CellStream& cells, const EvaluationOptions& options) {
   r.corpus = corpusOf(cells, options);
   r.protocol.routes = r.corpus.routes;
   r.scenes = evaluationScenes();
-  r.scene_conditions = sceneConditions(r.protocol);
-  r.fan_conditions = fanConditions(r.protocol);
-  r.conditions = routeConditions(r.protocol);
+  r.scene_conditions = leaping(sceneConditions(r.protocol), options.leap);
+  r.fan_conditions = leaping(fanConditions(r.protocol), options.leap);
+  r.conditions = leaping(routeConditions(r.protocol), options.leap);
   r.scene_trials = runCampaign(r.scenes, r.scene_conditions, campaignOptions(options, "scenes"));
   r.fans = runFans(options.quick ? kQuickFans : kFans, r.fan_conditions, campaignOptions(options, "fans"));
   r.trials = runCampaign(r.corpus.cells, r.conditions, campaignOptions(options, "routes"));
@@ -94,7 +99,7 @@ std::string evaluateScenes(const EvaluationOptions& options) {
   r.protocol = protocolOf(options);
   r.protocol.scenes_only = true;
   r.scenes = evaluationScenes(options.scenes);
-  r.scene_conditions = sceneConditions(r.protocol);
+  r.scene_conditions = leaping(sceneConditions(r.protocol), options.leap);
   r.scene_trials = runCampaign(r.scenes, r.scene_conditions, campaignOptions(options, "scenes"));
   writeEvaluationData(r);
   return markdownTable(sceneForceTable(r));

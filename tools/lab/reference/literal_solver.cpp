@@ -82,10 +82,10 @@ void LiteralSolver::visitSegment(std::uint32_t number, std::int64_t entered, dou
   }
   if (at_end) {
     const std::uint32_t end = q.t == 0.0 ? s.child : s.parent;
-    if (seen_nodes_.count(end) == 0 && q.squared_distance <= d_sub2) visitNode(end, q.squared_distance);
+    if (seen_nodes_.count(end) == 0 && q.squared_distance < d_sub2) visitNode(end, q.squared_distance);
     return;
   }
-  if (q.squared_distance > d_sub2) return;
+  if (!(q.squared_distance < d_sub2)) return;
   const double r =
       std::min(parameters_.r_max_um, parameters_.gain * std::sqrt(q.squared_distance) + parameters_.r_min_um);
   for (const std::uint32_t end : {s.child, s.parent}) {

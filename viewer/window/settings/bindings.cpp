@@ -28,6 +28,8 @@ constexpr std::array kBindings{
     Binding{Action::toggle_free, "toggle-free", "Hand", key('f'), kNoKey, "",
             "free the hand, or put it on the nearest neurite"},
     Binding{Action::centre, "centre", "Hand", key(' '), kNoKey, "", "centre workspace and view on the proxy"},
+    Binding{Action::next_leap, "next-leap", "Hand", key('z'), kNoKey, "",
+            "let the proxy leap far, a little or not at all along its cell, in turn"},
     Binding{Action::simulated_hand, "tour", "Hand", key('t'), kNoKey, "",
             "let a simulated hand travel to the farthest tip; press again to stop"},
 

@@ -20,6 +20,7 @@ enum class Action : std::uint8_t {
   push_closer,
   toggle_free,
   centre,
+  next_leap,
   // the view
   zoom_in,
   zoom_out,

@@ -35,6 +35,7 @@ NavigationChoice chooseNavigation(const DeviceCapabilities& can, const Navigatio
   navigation.workspace.lo_D = can.workspace_lo_D;
   navigation.workspace.hi_D = can.workspace_hi_D;
   navigation.workspace.zoom_um = wish.zoom_um;
+  navigation.leap = wish.leap;
   navigation.rate_control = can.rate_control;
   navigation.local_model = can.renders_model;
   navigation.has_stylus = can.senses_orientation;

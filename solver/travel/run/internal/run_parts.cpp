@@ -42,7 +42,7 @@ RunParts::RunParts(const TileStore& scene, const RunOptions& wanted)
   check();
   device->open();
   choice = chooseNavigation(device.capabilities(), {device.heldDevice(), time.period_s(), options.zoom_um,
-                                                    options.stiffness_N_m, options.passivity});
+                                                    options.stiffness_N_m, options.passivity, options.leap});
   choice.navigation.buttons.fill(ButtonAction::none);
   const SolverParameters parameters = options.solver ? *options.solver : automaticParameters(store, first_cell);
   hand.emplace(store, tiles, device, makeProxySolver(options.method, parameters), choice.navigation);

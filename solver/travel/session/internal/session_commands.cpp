@@ -19,6 +19,7 @@ using SessionJson = nlohmann::ordered_json;
 using Kind = NavigationCommand::Kind;
 
 bool hasPlace(Kind kind) { return kind == Kind::jump || kind == Kind::constrain; }
+bool hasFactor(Kind kind) { return kind == Kind::zoom || kind == Kind::leap; }
 
 SessionJson toJson(const SessionCommand& commanded) {
   const NavigationCommand& c = commanded.command;
@@ -33,7 +34,7 @@ SessionJson toJson(const SessionCommand& commanded) {
     json["tile"] = p.tile;
     json["p_um"] = {p.p_W.x(), p.p_W.y(), p.p_W.z()};
   }
-  if (c.kind == Kind::zoom) json["factor"] = c.factor;
+  if (hasFactor(c.kind)) json["factor"] = c.factor;
   if (c.kind == Kind::rotate) json["turn_rad"] = {c.about_x_rad, c.about_y_rad};
   return json;
 }
@@ -54,10 +55,10 @@ SessionCommand fromJson(const SessionJson& json) {
   SessionCommand commanded{wholeNumber<std::uint64_t>(json.at("tick")), {}};
   NavigationCommand& c = commanded.command;
   const int kind = wholeNumber<int>(json.at("kind"));
-  if (kind < 0 || kind > static_cast<int>(Kind::centre)) throw InputError("unknown command");
+  if (kind < 0 || kind > static_cast<int>(Kind::leap)) throw InputError("unknown command");
   c.kind = static_cast<Kind>(kind);
   if (hasPlace(c.kind)) c.place = placeOf(json);
-  if (c.kind == Kind::zoom) c.factor = json.at("factor").get<double>();
+  if (hasFactor(c.kind)) c.factor = json.at("factor").get<double>();
   if (c.kind == Kind::rotate) {
     c.about_x_rad = json.at("turn_rad").at(0).get<double>();
     c.about_y_rad = json.at("turn_rad").at(1).get<double>();
@@ -77,6 +78,7 @@ SessionCommands readSessionCommands(const std::string& path, TileId tile_count) 
     session.method = solverMethod(json.at("method").get<std::string>());
     session.stiffness_N_m = json.at("stiffness_N_m").get<double>();
     session.rate_Hz = json.at("rate_Hz").get<double>();
+    session.leap = json.value("leap", 1.0);
     for (const auto& one : json.at("commands")) session.commands.push_back(fromJson(one));
   } catch (const nlohmann::json::exception& error) {
     throw InputError(inShort(path) + ": not the commands of a session: " + error.what());
@@ -94,7 +96,8 @@ void writeSessionCommands(const std::string& path, const SessionCommands& comman
                    {"zoom_um", commands.zoom_um},
                    {"method", toString(commands.method)},
                    {"stiffness_N_m", commands.stiffness_N_m},
-                   {"rate_Hz", commands.rate_Hz}};
+                   {"rate_Hz", commands.rate_Hz},
+                   {"leap", commands.leap}};
   json["commands"] = SessionJson::array();
   for (const SessionCommand& one : commands.commands) json["commands"].push_back(toJson(one));
   Output out(path);

@@ -18,7 +18,7 @@ struct SessionCommand {
 };
 
 struct SessionCommands {
-  double zoom_um = 0, stiffness_N_m = 0, rate_Hz = 0;
+  double zoom_um = 0, stiffness_N_m = 0, rate_Hz = 0, leap = 1;
   SolverMethod method = SolverMethod::climb;
   std::vector<SessionCommand> commands{};  // in order
 };

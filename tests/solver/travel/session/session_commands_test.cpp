@@ -11,8 +11,10 @@ namespace {
 using Kind = NavigationCommand::Kind;
 
 SessionCommands manyCommands() {
-  SessionCommands session{.zoom_um = 0.1, .stiffness_N_m = 1.0 / 3, .rate_Hz = 500, .method = SolverMethod::force};
-  for (const Kind kind : {Kind::jump, Kind::constrain, Kind::free, Kind::zoom, Kind::rotate, Kind::centre}) {
+  SessionCommands session{
+      .zoom_um = 0.1, .stiffness_N_m = 1.0 / 3, .rate_Hz = 500, .leap = 0.2, .method = SolverMethod::force};
+  for (const Kind kind :
+       {Kind::jump, Kind::constrain, Kind::free, Kind::zoom, Kind::rotate, Kind::centre, Kind::leap}) {
     SessionCommand one{session.commands.size() * 10, {}};
     one.command.kind = kind;
     one.command.place.segment = {3, 4};
@@ -37,6 +39,7 @@ TEST(SessionCommands, AreReadBackToTheBit) {
   EXPECT_EQ(read.zoom_um, written.zoom_um);
   EXPECT_EQ(read.stiffness_N_m, written.stiffness_N_m);
   EXPECT_EQ(read.rate_Hz, written.rate_Hz);
+  EXPECT_EQ(read.leap, written.leap);
   EXPECT_EQ(read.method, written.method);
   ASSERT_EQ(read.commands.size(), written.commands.size());
   for (std::size_t i = 0; i < read.commands.size(); ++i) {
@@ -51,7 +54,7 @@ TEST(SessionCommands, AreReadBackToTheBit) {
       EXPECT_EQ(got.place.tile, expected.place.tile);
       EXPECT_EQ(got.place.p_W, expected.place.p_W);
     }
-    if (got.kind == Kind::zoom) {
+    if (got.kind == Kind::zoom || got.kind == Kind::leap) {
       EXPECT_EQ(got.factor, expected.factor);
     }
     if (got.kind == Kind::rotate) {

@@ -16,6 +16,7 @@ struct EvaluationOptions {
   unsigned threads = 1;
   std::vector<std::string> methods;  // from trialMethods(); empty: all
   std::vector<double> zooms_um;      // of the main tables; empty: 100, 300, 1000
+  double leap = 1;                   // of climb; see NavigationOptions
   std::vector<std::string> scenes;   // only these scenes are run; empty: the whole evaluation
   bool quick = false;                // run a few of everything, to see that it works; the figures mean little
   // Called about ten times a second. An exception from it ends the evaluation.

@@ -237,6 +237,7 @@ std::vector<std::pair<std::string, std::string>> parameterDump() {
   put("climb.most_mm", solver.climb.most_mm);
   put("climb.patience_1_s", solver.climb.patience_1_s);
   put("climb.pull_mm", solver.climb.pull_mm);
+  put("climb.most_pull_mm", solver.climb.most_pull_mm);
   put("climb.growth_1_mm", solver.climb.growth_1_mm);
   put("climb.motion_cost", solver.climb.motion_cost);
   put("anchor.speed_m_s", AnchorOptions().speed_m_s);

@@ -97,6 +97,7 @@ NavigationOptions trialNavigationOptions(const TrialSetup& setup) {
   NavigationOptions options;
   options.force.stiffness_N_m = setup.stiffness_N_m;
   options.workspace.zoom_um = setup.zoom_um;
+  options.leap = setup.leap;
   options.buttons.fill(ButtonAction::none);
   options.anchor_use = setup.anchor_use;
   return options;

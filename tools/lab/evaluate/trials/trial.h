@@ -26,6 +26,7 @@ struct TrialSetup {
   std::string hand = "medium";
   double stiffness_N_m = 200;
   double zoom_um = 300;  // tissue across 0.12 m of device
+  double leap = 1;       // see NavigationOptions
   double rate_Hz = 1000;
   int delay_samples = 0;
   PersonParameters person;

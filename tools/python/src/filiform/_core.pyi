@@ -83,7 +83,7 @@ def ray(
 def levels(handle: SetHandle, box: Any, pixels: Any, segments: Any, /) -> tuple[_Array, float, int, bool]: ...
 def navigate(
     handle: SetHandle, cell: Optional[int], route: str, method: str, device: str, seed: Any, seconds: Any, zoom: Any,
-    rate: Any, speed: Any, stiffness: Any, budget: Any, record: str, /,
+    leap: Any, rate: Any, speed: Any, stiffness: Any, budget: Any, record: str, /,
 ) -> tuple[_Array, dict[str, Any]]: ...
 def ingest(
     inputs: list[bytes], output: bytes, unit: str, placements: bytes, memory: int, threads: Any, capacity: int,

@@ -558,6 +558,7 @@ class Set:
         seed: int = 1,
         seconds: float | None = None,
         zoom: float = 300.0,
+        leap: float = 1.0,
         rate: float = 1000.0,
         speed: float | None = None,
         stiffness: float | None = None,
@@ -574,6 +575,7 @@ class Set:
         method : ``"climb"``, or a method of the paper: basic, shading, force, force-listing.
         hand : ``"loose"``, ``"medium"`` or ``"firm"``. `device` replaces it, for example ``"replay:FILE"``.
         seconds : limit of simulated time. rate : ticks a second. zoom : um across 0.12 m of device.
+        leap : 0 to 1, the part of its range that climb goes up in a tick: 0 follows the neurite, 1 needs the least force.
         speed : of the hand's aim, m/s. stiffness : of the spring to the proxy, N/m. budget : bytes for tiles.
         record : write the exchanges with the device to this file, for ``device="replay:FILE"``. A replay takes the
             options of the recording, but those that differ from the defaults here.
@@ -583,7 +585,7 @@ class Set:
             budget = _core.parse_bytes("budget", budget)
         name = device if device is not None else f"sim:{hand}"
         ticks, summary = _core.navigate(
-            self._handle, index, route, method, name, seed, seconds, zoom, rate, speed, stiffness, budget,
+            self._handle, index, route, method, name, seed, seconds, zoom, leap, rate, speed, stiffness, budget,
             os.fspath(record),
         )
         return Navigation(ticks, summary)

@@ -72,6 +72,12 @@ SessionKeeper::Change SessionKeeper::finishReplacing() {
     command.factor = last.zoom_um / options_.zoom_um;
     session_->send(command);
   }
+  if (last.leap != options_.leap) {
+    NavigationCommand command;
+    command.kind = NavigationCommand::Kind::leap;
+    command.factor = last.leap;
+    session_->send(command);
+  }
   session_->jump(last.place.valid() ? last.place : start_);
   fault_told_ = false;
   replace_again_ = {};

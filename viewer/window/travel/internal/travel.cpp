@@ -17,6 +17,7 @@ namespace {
 using Kind = NavigationCommand::Kind;
 
 constexpr double kAimAhead_m = 0.004;  // from the proxy to the simulated hand, along its path
+constexpr double kLittleLeap = 0.3;    // the least that completes all measured routes (solver/RESULTS.md)
 constexpr std::size_t kForcesKept = 4000, kVisitedKept = 400;
 
 }  // namespace
@@ -206,6 +207,9 @@ bool Travel::act(Action action) {
       command.kind = Kind::centre;
       sessions_.current().send(command);
       return true;
+    case Action::next_leap:
+      nextLeap();
+      return true;
     case Action::back:
       goBack();
       return true;
@@ -230,6 +234,19 @@ bool Travel::act(Action action) {
     default:
       return false;
   }
+}
+
+void Travel::nextLeap() {
+  if (sessions_.current().replaying()) return;
+  if (opened_.options.method != SolverMethod::climb) return messages_.say("only the method climb leaps");
+  const double leap = now().leap;
+  NavigationCommand command;
+  command.kind = Kind::leap;
+  command.factor = leap > kLittleLeap ? kLittleLeap : leap > 0 ? 0 : 1;
+  if (!sessions_.current().send(command)) return;
+  messages_.say(command.factor == 1  ? "the proxy leaps along its cell, for the smallest force"
+                : command.factor > 0 ? "the proxy leaps a little, for more force"
+                                     : "the proxy does not leap: it stops where the way leads away from the hand");
 }
 
 void Travel::turn(const Turn& turn) {

@@ -110,6 +110,7 @@ class Travel {
   void goBack();
   void goForward();
   void step(Action action);
+  void nextLeap();
   void toggleSimulatedHand();
   void toggleMeasure();
   const CellWalk* walk();
