@@ -138,6 +138,7 @@ std::string HapticLoop::fault() const {
 }
 
 void HapticLoop::prepareThread(int priority, bool tell) {
+  giveSignalStack();
   touchStack();
   if (options_.lock_memory && tell) {
     const std::string refused = lockMemory();

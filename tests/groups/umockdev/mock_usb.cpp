@@ -85,6 +85,7 @@ class MockDevice : public MockUsbDevice {
  public:
   explicit MockDevice(UsbDeviceInfo info) : info_(std::move(info)), handler(umockdev_ioctl_base_new()) {
     g_signal_connect(handler, "handle-ioctl", G_CALLBACK(&MockDevice::onIoctl), this);
+    g_signal_connect(handler, "client-vanished", G_CALLBACK(&MockDevice::onEnd), this);
   }
   ~MockDevice() override { g_object_unref(handler); }
   MockDevice(const MockDevice&) = delete;
@@ -139,13 +140,27 @@ class MockDevice : public MockUsbDevice {
   static gboolean onIoctl(UMockdevIoctlBase*, UMockdevIoctlClient* client, gpointer self) {
     Answer answer;
     try {
-      answer = static_cast<MockDevice*>(self)->handle(umockdev_ioctl_client_get_request(client),
-                                                      umockdev_ioctl_client_get_arg(client));
+      auto& device = *static_cast<MockDevice*>(self);
+      const gulong request = umockdev_ioctl_client_get_request(client);
+      answer = device.handle(request, umockdev_ioctl_client_get_arg(client));
+      const bool claims = request == USBDEVFS_CLAIMINTERFACE || request == USBDEVFS_DISCONNECT_CLAIM;
+      if (claims && answer.error == 0) device.claimer_ = client;
     } catch (const std::exception&) {
       answer = failed(EFAULT);
     }
     umockdev_ioctl_client_complete(client, answer.result, answer.error);
     return TRUE;
+  }
+
+  // A program that ends, or is killed, loses its claims and transfers.
+  static void onEnd(UMockdevIoctlBase*, UMockdevIoctlClient* client, gpointer self) {
+    auto& device = *static_cast<MockDevice*>(self);
+    const std::lock_guard lock(device.mutex_);
+    if (client != device.claimer_) return;
+    device.claimer_ = nullptr;
+    std::erase_if(device.bound_, [](const auto& one) { return one.second == "usbfs"; });
+    device.flights_.clear();
+    device.packets_.clear();
   }
 
   Answer handle(unsigned long request, UMockdevIoctlData* argument) {
@@ -269,6 +284,7 @@ class MockDevice : public MockUsbDevice {
   Write on_write_;
   Control on_control_;
   bool gone_ = false;
+  const UMockdevIoctlClient* claimer_ = nullptr;
   std::map<std::uint8_t, std::string> bound_, detached_;
   std::map<std::uint8_t, std::deque<MockBytes>> packets_;
   std::list<Flight> flights_;
