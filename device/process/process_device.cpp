@@ -29,7 +29,7 @@ namespace {
 constexpr const char* kProgram = "filiform-device";
 constexpr int kChildSocket = 3;
 constexpr double kOpening_s = 15;  // of a device: loading a Falcon's firmware takes 3 s
-constexpr int kEnd_ms = 500, kRescue_ms = 3000;
+constexpr int kEnd_ms = 500, kRescue_ms = 1000, kRescues = 3;
 
 struct Descriptor {
   int number = -1;
@@ -162,20 +162,24 @@ struct ProcessDevice::Impl {
     return !ended || by_signal;
   }
 
-  // Opens the device in another process, which sends zero and ends.
+  // Opens the device in another process, which sends zero and ends; again if the device cannot be opened yet.
   void rescue() noexcept {
     begun.fetch_add(1);
-    try {
-      child = start({"--zero", options.device}, -1);
-      const bool ended = outputOf(child, kRescue_ms).has_value();
+    for (int i = 0; i < kRescues; ++i) {
       int status = -1;
-      if (!ended) ::kill(child.id, SIGKILL);
-      ::waitpid(child.id, &status, 0);
-      if (ended && WIFEXITED(status) && WEXITSTATUS(status) == 0) zeroed.fetch_add(1);
-    } catch (const std::exception&) {
-      // Nothing more can be done for the device.
+      try {
+        child = start({"--zero", options.device}, -1);
+        if (!outputOf(child, kRescue_ms)) ::kill(child.id, SIGKILL);
+        ::waitpid(child.id, &status, 0);
+      } catch (const std::exception&) {
+        // The next attempt may succeed.
+      }
+      child = {};
+      if (WIFEXITED(status) && WEXITSTATUS(status) == 0) {
+        zeroed.fetch_add(1);
+        return;
+      }
     }
-    child = {};
   }
 
   // The child has closed its socket or was asked to. A child that hangs is killed, and the device sent zero.

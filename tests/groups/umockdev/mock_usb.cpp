@@ -85,7 +85,6 @@ class MockDevice : public MockUsbDevice {
  public:
   explicit MockDevice(UsbDeviceInfo info) : info_(std::move(info)), handler(umockdev_ioctl_base_new()) {
     g_signal_connect(handler, "handle-ioctl", G_CALLBACK(&MockDevice::onIoctl), this);
-    g_signal_connect(handler, "client-vanished", G_CALLBACK(&MockDevice::onEnd), this);
   }
   ~MockDevice() override { g_object_unref(handler); }
   MockDevice(const MockDevice&) = delete;
@@ -142,9 +141,8 @@ class MockDevice : public MockUsbDevice {
     try {
       auto& device = *static_cast<MockDevice*>(self);
       const gulong request = umockdev_ioctl_client_get_request(client);
+      if (request == USBDEVFS_CLAIMINTERFACE || request == USBDEVFS_DISCONNECT_CLAIM) device.takeOver(client);
       answer = device.handle(request, umockdev_ioctl_client_get_arg(client));
-      const bool claims = request == USBDEVFS_CLAIMINTERFACE || request == USBDEVFS_DISCONNECT_CLAIM;
-      if (claims && answer.error == 0) device.claimer_ = client;
     } catch (const std::exception&) {
       answer = failed(EFAULT);
     }
@@ -152,15 +150,17 @@ class MockDevice : public MockUsbDevice {
     return TRUE;
   }
 
-  // A program that ends, or is killed, loses its claims and transfers.
-  static void onEnd(UMockdevIoctlBase*, UMockdevIoctlClient* client, gpointer self) {
-    auto& device = *static_cast<MockDevice*>(self);
-    const std::lock_guard lock(device.mutex_);
-    if (client != device.claimer_) return;
-    device.claimer_ = nullptr;
-    std::erase_if(device.bound_, [](const auto& one) { return one.second == "usbfs"; });
-    device.flights_.clear();
-    device.packets_.clear();
+  // umockdev does not tell when a program was killed: the next program that claims takes over, as after its end.
+  void takeOver(UMockdevIoctlClient* client) {
+    const std::lock_guard lock(mutex_);
+    if (claimer_ != nullptr && client != claimer_) {
+      std::erase_if(bound_, [](const auto& one) { return one.second == "usbfs"; });
+      flights_.clear();
+      packets_.clear();
+    }
+    g_object_ref(client);  // so that no later one has its address
+    if (claimer_ != nullptr) g_object_unref(claimer_);
+    claimer_ = client;
   }
 
   Answer handle(unsigned long request, UMockdevIoctlData* argument) {
@@ -284,7 +284,7 @@ class MockDevice : public MockUsbDevice {
   Write on_write_;
   Control on_control_;
   bool gone_ = false;
-  const UMockdevIoctlClient* claimer_ = nullptr;
+  UMockdevIoctlClient* claimer_ = nullptr;
   std::map<std::uint8_t, std::string> bound_, detached_;
   std::map<std::uint8_t, std::deque<MockBytes>> packets_;
   std::list<Flight> flights_;
