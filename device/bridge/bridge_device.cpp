@@ -1,7 +1,7 @@
 #include "device/bridge/bridge_device.h"
 
 #include "device/bridge/bridge_protocol.h"
-#include "device/vector_length.h"
+#include "device/device_gate.h"
 
 #include <algorithm>
 #include <arpa/inet.h>
@@ -466,13 +466,7 @@ DeviceState BridgeDevice::exchange(const Wrench& wrench) noexcept {
   if (!d.is_open || d.state.status == DeviceStatus::fault) return d.state;
   const bool is_ready = d.state.status == DeviceStatus::ready;
   Wrench sent = is_ready ? finiteOrZero(wrench) : Wrench{};
-  const double strength_N = lengthOf(sent.force_N);
-  if (strength_N > d.capabilities.peak_force_N) {
-    const double part = d.capabilities.peak_force_N / strength_N;
-    sent.force_N *= part;
-    sent.model.stiffness_N_m *= part;
-    sent.model.damping_Ns_m *= part;
-  }
+  DeviceGate::shorten(sent, d.capabilities.peak_force_N);
   d.command(sent.force_N, sent.model, is_ready && (d.flags & FB_ARMED) == 0);
   d.updateStatus();
   return d.state;
