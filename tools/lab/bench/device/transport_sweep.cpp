@@ -132,9 +132,10 @@ std::string freeUdpAddress() {
 
 // The time on fades and ramps that a pause (s) of the commands causes, by the rules of device/BRIDGE.md.
 double rampedAfter(double pause_s) {
-  const double faded_s = std::max(0.0, pause_s - 1e-6 * FB_TTL_US), fade_s = 1e-3 * FB_FADE_MS;
-  return faded_s < fade_s ? faded_s * (1 + FB_RESUME_MS / static_cast<double>(FB_FADE_MS))
-                          : faded_s + 1e-3 * FB_START_MS;
+  constexpr double kLive_s = 0.02, kFade_s = 0.05, kStart_s = 0.5;
+  static_assert(FB_TTL_US == 20000 && FB_FADE_MS == 50 && FB_RESUME_MS == 50 && FB_START_MS == 500);
+  const double faded_s = std::max(0.0, pause_s - kLive_s);
+  return faded_s < kFade_s ? 2 * faded_s : faded_s + kStart_s;
 }
 
 // The loop of filiform's side: law, controller and model, once a period.
