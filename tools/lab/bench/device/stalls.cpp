@@ -68,7 +68,8 @@ void runStalls(StallRun& run) {
   const auto stalls = drawStalls(run);
   auto stall = stalls.begin();
   Wrench wrench;
-  Vector3d p_D = Vector3d::Zero(), v_D = Vector3d::Zero(), force_N = Vector3d::Zero(), last_N = force_N;
+  Vector3d p_D = Vector3d::Zero(), v_D = Vector3d::Zero(), force_N = Vector3d::Zero();
+  double last_N = 0, way_m = 0;
   std::uint32_t seq = 0;
   std::int64_t ticked_ns = 0, longest_ns = 0;
   const auto end_ns = static_cast<std::int64_t>(1e9 * run.seconds);
@@ -97,14 +98,17 @@ void runStalls(StallRun& run) {
     meter.step(now_s, force_N, dx_D, p_D);
     if (now_s >= EnergyMeter::kBegin_s) {
       if (bridge_force_part(&bridge, now_ns) < 1) run.ramped_s += dt_s;
-      run.largest_step_N = std::max(run.largest_step_N, (force_N - last_N).norm());
+      run.largest_rise_N = std::max(run.largest_rise_N, force_N.norm() - last_N - run.stiffness_N_m * way_m);
+      run.largest_fall_N = std::max(run.largest_fall_N, last_N - force_N.norm());
     }
-    last_N = force_N;
+    last_N = force_N.norm();
+    way_m = dx_D.norm();
   }
   run.strongest_N = meter.strongest_N();
-  const double way_m = meter.longestWay_m(1e-9 * static_cast<double>(longest_ns + kTick_ns));
+  const double longest_m = meter.longestWay_m(1e-9 * static_cast<double>(longest_ns + kTick_ns));
   const int delay = options.passivity.delay_samples;
-  run.beyond_J = std::max(0.0, meter.excess_J() - options.passivity.energy_J - (delay + 1) * run.strongest_N * way_m);
+  run.beyond_J =
+      std::max(0.0, meter.excess_J() - options.passivity.energy_J - (delay + 1) * run.strongest_N * longest_m);
 }
 
 }  // namespace filiform::tools
