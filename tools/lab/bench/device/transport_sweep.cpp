@@ -1,7 +1,7 @@
 #include "tools/lab/bench/device/transport_sweep.h"
 
 #include "device/bridge/bridge_device.h"
-#include "device/bridge/force_ramp.h"
+#include "device/force_ramp.h"
 #include "device/factory/device_factory.h"
 #include "device/haply/haply_device.h"
 #include "device/haply/simulated_haply_server.h"
