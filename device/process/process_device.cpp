@@ -292,7 +292,9 @@ DeviceState ProcessDevice::exchange(const Wrench& wrench) noexcept {
 void ProcessDevice::lead(const Eigen::Vector3d& target_D) noexcept { impl_->bridge->lead(target_D); }
 
 const char* ProcessDevice::advice() const noexcept {
-  return impl_->said.load(std::memory_order_acquire) ? impl_->last_words.data() : impl_->bridge->advice();
+  if (impl_->said.load(std::memory_order_acquire)) return impl_->last_words.data();
+  const char* const own = impl_->bridge->advice();
+  return *own == '\0' && impl_->lost ? "the process that drives the device ended or did not answer" : own;
 }
 
 int ProcessDevice::processId() const noexcept { return impl_->process_id; }
