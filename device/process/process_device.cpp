@@ -69,8 +69,10 @@ struct ProcessDevice::Impl {
   bool watched = false;  // the end of the child is a death
   std::atomic<int> process_id{-1};
   std::atomic<std::uint64_t> begun{0}, zeroed{0};
-  std::array<char, 512> last_words{};  // of a process that died: set before `said`, and never again
-  std::atomic<bool> said{false};
+  // Last lines of processes that died, by turns: readers on other threads hold pointers to them.
+  std::array<std::array<char, 512>, 4> words{};
+  std::size_t deaths = 0;
+  std::atomic<const char*> last_words{""};
   std::atomic<bool> lost{false}, ends{false};
   Descriptor wake{::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)};
   std::optional<BridgeDevice> bridge;
@@ -190,10 +192,10 @@ struct ProcessDevice::Impl {
     if (reap(words.has_value())) rescue();
   }
 
-  void say(const std::string& words) noexcept {
-    if (words.empty() || said) return;
-    std::strncpy(last_words.data(), words.c_str(), last_words.size() - 1);
-    said.store(true, std::memory_order_release);
+  void say(const std::string& said) noexcept {
+    auto& place = words[deaths++ % words.size()];
+    std::strncpy(place.data(), said.c_str(), place.size() - 1);
+    last_words.store(place.data(), std::memory_order_release);
   }
 
   void watch() noexcept {
@@ -226,6 +228,7 @@ struct ProcessDevice::Impl {
     const std::lock_guard lock(mutex);
     watched = child.id >= 0;
     lost = false;
+    last_words = "";
     rouse();
   }
 
@@ -292,7 +295,7 @@ DeviceState ProcessDevice::exchange(const Wrench& wrench) noexcept {
 void ProcessDevice::lead(const Eigen::Vector3d& target_D) noexcept { impl_->bridge->lead(target_D); }
 
 const char* ProcessDevice::advice() const noexcept {
-  if (impl_->said.load(std::memory_order_acquire)) return impl_->last_words.data();
+  if (const char* const last = impl_->last_words.load(std::memory_order_acquire); *last != '\0') return last;
   const char* const own = impl_->bridge->advice();
   return *own == '\0' && impl_->lost ? "the process that drives the device ended or did not answer" : own;
 }
