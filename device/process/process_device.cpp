@@ -70,7 +70,7 @@ struct ProcessDevice::Impl {
   std::atomic<int> process_id{-1};
   std::atomic<std::uint64_t> begun{0}, zeroed{0};
   // Last lines of processes that died, by turns: readers on other threads hold pointers to them.
-  std::array<std::array<char, 512>, 4> words{};
+  std::array<std::array<char, 512>, 4> spoken{};
   std::size_t deaths = 0;
   std::atomic<const char*> last_words{""};
   std::atomic<bool> lost{false}, ends{false};
@@ -193,7 +193,7 @@ struct ProcessDevice::Impl {
   }
 
   void say(const std::string& said) noexcept {
-    auto& place = words[deaths++ % words.size()];
+    auto& place = spoken[deaths++ % spoken.size()];
     std::strncpy(place.data(), said.c_str(), place.size() - 1);
     last_words.store(place.data(), std::memory_order_release);
   }
