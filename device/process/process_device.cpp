@@ -26,38 +26,38 @@ namespace filiform {
 
 namespace {
 
-constexpr const char* kProgram = "filiform-device";
+constexpr const char* kDeviceProgram = "filiform-device";
 constexpr int kChildSocket = 3;
 constexpr double kOpening_s = 15;  // of a device: loading a Falcon's firmware takes 3 s
 constexpr int kEnd_ms = 500, kRescue_ms = 1000, kRescues = 3;
 
-struct Descriptor {
+struct OwnedEnd {
   int number = -1;
-  Descriptor() = default;
-  explicit Descriptor(int of) : number(of) {}
-  Descriptor(Descriptor&& other) noexcept : number(std::exchange(other.number, -1)) {}
-  Descriptor& operator=(Descriptor&& other) noexcept {
+  OwnedEnd() = default;
+  explicit OwnedEnd(int of) : number(of) {}
+  OwnedEnd(OwnedEnd&& other) noexcept : number(std::exchange(other.number, -1)) {}
+  OwnedEnd& operator=(OwnedEnd&& other) noexcept {
     std::swap(number, other.number);
     return *this;
   }
-  ~Descriptor() {
+  ~OwnedEnd() {
     if (number >= 0) ::close(number);
   }
 };
 
 // The path beside the running program, or the bare name, which PATH then resolves.
-std::string programPath() {
+std::string deviceProgramPath() {
   std::array<char, 4096> self{};
   const ssize_t size = ::readlink("/proc/self/exe", self.data(), self.size() - 1);
   const std::string path(self.data(), size > 0 ? static_cast<std::size_t>(size) : 0);
-  const std::string beside = path.substr(0, path.rfind('/') + 1) + kProgram;
-  return ::access(beside.c_str(), X_OK) == 0 ? beside : kProgram;
+  const std::string beside = path.substr(0, path.rfind('/') + 1) + kDeviceProgram;
+  return ::access(beside.c_str(), X_OK) == 0 ? beside : kDeviceProgram;
 }
 
 // A started process. What it prints comes through a pipe, whose end is the end of the process.
 struct Child {
   pid_t id = -1;
-  Descriptor output;
+  OwnedEnd output;
 };
 
 }  // namespace
@@ -74,7 +74,7 @@ struct ProcessDevice::Impl {
   std::size_t deaths = 0;
   std::atomic<const char*> last_words{""};
   std::atomic<bool> lost{false}, ends{false};
-  Descriptor wake{::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)};
+  OwnedEnd wake{::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)};
   std::optional<BridgeDevice> bridge;
   std::thread watcher;
 
@@ -82,10 +82,10 @@ struct ProcessDevice::Impl {
     int ends_of[2];
     if (::pipe2(ends_of, O_CLOEXEC) != 0) throw DeviceError(std::string("no pipe: ") + std::strerror(errno));
     Child started;
-    started.output = Descriptor(ends_of[0]);
-    const Descriptor written(ends_of[1]);
+    started.output = OwnedEnd(ends_of[0]);
+    const OwnedEnd written(ends_of[1]);
     ::fcntl(started.output.number, F_SETFL, O_NONBLOCK);
-    words.insert(words.begin(), options.program.empty() ? programPath() : options.program);
+    words.insert(words.begin(), options.program.empty() ? deviceProgramPath() : options.program);
     std::vector<char*> arguments;
     for (std::string& word : words) arguments.push_back(word.data());
     arguments.push_back(nullptr);
@@ -125,8 +125,8 @@ struct ProcessDevice::Impl {
     int pair[2];
     if (::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, pair) != 0)
       throw DeviceError(std::string("no socket: ") + std::strerror(errno));
-    Descriptor mine(pair[0]);
-    const Descriptor theirs(pair[1]);
+    OwnedEnd mine(pair[0]);
+    const OwnedEnd theirs(pair[1]);
     ::fcntl(mine.number, F_SETFL, O_NONBLOCK);
     const std::lock_guard lock(mutex);
     end();
@@ -147,7 +147,7 @@ struct ProcessDevice::Impl {
     }
     while (!text.empty() && text.back() == '\n') text.pop_back();
     text.erase(0, text.rfind('\n') + 1);
-    const std::string prefix = std::string(kProgram) + ": ";
+    const std::string prefix = std::string(kDeviceProgram) + ": ";
     return text.starts_with(prefix) ? text.substr(prefix.size()) : text;
   }
 
