@@ -20,6 +20,7 @@
 
 enum { kMostPackets = 64, kPathBytes = 108 };   // packets a round: a flood must not stop the device's loop
 static const int64_t kSilence_ns = 1000000000;  // over UDP, a master that is silent for so long has gone
+static const int64_t kPatience_ns = 500000;     // exchange() waits so long for the next COMMAND
 static const double kVelocityTime_s = 0.005;    // of the low pass of an estimated velocity
 
 struct bridge {
@@ -34,6 +35,8 @@ struct bridge {
   int64_t heard_ns, command_ns;
   uint32_t sent, answers, refused_before;
   int called, commanded;  // a CALL, a COMMAND wait for their answer
+  int is_private;         // the master's socket was inherited: there will be no other
+  const char* advised;    // the newest advice that was sent
   int lost;
   FILE* log;
 };
@@ -154,6 +157,11 @@ static int bind_port(struct bridge* b, const char* address) {
 }
 
 static int listen_at(struct bridge* b, const char* address) {
+  if (address != NULL && strncmp(address, "fd:", 3) == 0) {
+    b->is_private = 1;
+    b->master = atoi(address + 3);
+    return fcntl(b->master, F_SETFD, FD_CLOEXEC) == 0 ? 0 : complain(strerror(errno), address);
+  }
   if (address != NULL && strncmp(address, "udp:", 4) == 0) return bind_port(b, address);
   if (address != NULL && address[0] != 0) {
     if (strlen(address) >= kPathBytes) return complain("is too long for a socket: at most 107 bytes", address);
@@ -287,7 +295,8 @@ static void estimate_velocity(struct fb_state* state, const double before_D[3], 
     state->v_D[i] = (state->v_D[i] * kVelocityTime_s + state->p_D[i] - before_D[i]) / (kVelocityTime_s + dt_s);
 }
 
-static void step(struct bridge* b) {
+// Returns as read() does.
+static int read_and_write(struct bridge* b) {
   const double before_D[3] = {b->state.p_D[0], b->state.p_D[1], b->state.p_D[2]};
   const int64_t before_ns = b->state.time_ns;
   const int could = b->device->read(b->device->self, &b->state);
@@ -297,7 +306,22 @@ static void step(struct bridge* b) {
     estimate_velocity(s, before_D, 1e-9 * (double)(s->time_ns - before_ns));
   if (could <= 0) bridge_force_end(&b->force, s->time_ns);
   bridge_force_at(&b->force, s->p_D, s->v_D, s->time_ns, s->force_N);
-  b->lost = could < 0 || b->device->write(b->device->self, s->force_N) < 0;
+  return b->device->write(b->device->self, s->force_N) < 0 ? -1 : could;
+}
+
+static int exchange(struct bridge* b) {
+  double force_N[3];
+  int could;
+  bridge_force_at(&b->force, b->state.p_D, b->state.v_D, bridge_now_ns(), force_N);
+  could = b->device->exchange(b->device->self, force_N, &b->state);
+  if (could <= 0) bridge_force_end(&b->force, bridge_now_ns());
+  return could;
+}
+
+static void step(struct bridge* b) {
+  struct fb_state* s = &b->state;
+  const int could = b->device->exchange != NULL ? exchange(b) : read_and_write(b);
+  b->lost = could < 0;
   s->flags = (could > 0 ? FB_READY : 0) | (b->force.mode == BRIDGE_ARMED ? FB_ARMED : 0) |
              (b->force.mode == BRIDGE_FADING ? FB_FADING : 0) | (b->force.lowered ? FB_LOWERED : 0) |
              (b->lost ? FB_FAULT : 0);
@@ -305,7 +329,7 @@ static void step(struct bridge* b) {
   s->refused = b->force.refused - b->refused_before;
   if (b->log != NULL) {
     const double* f = s->force_N;
-    fprintf(b->log, "%lld %lld %d %.9g %.9g %.9g %.9g\n", (long long)s->time_ns, (long long)b->command_ns,
+    fprintf(b->log, "%lld %lld %d %.9g %.9g %.9g %.9g\n", (long long)bridge_now_ns(), (long long)b->command_ns,
             b->force.mode, sqrt(f[0] * f[0] + f[1] * f[1] + f[2] * f[2]), s->p_D[0], s->p_D[1], s->p_D[2]);
   }
 }
@@ -321,6 +345,16 @@ static void answer(struct bridge* b) {
     packet.is.hello = b->device->hello;
     packet.is.hello.slew_N_s = b->force.limits.slew_N_s;
     send_packet(b, socket_number, to, &packet);
+    b->advised = NULL;
+  }
+  if (b->commanded && b->device->advice != NULL) {
+    const char* advice = b->device->advice(b->device->self);
+    if (advice != b->advised && (b->advised != NULL || advice[0] != 0)) {
+      packet.kind = FB_ADVICE;
+      snprintf(packet.is.text, FB_TEXT_BYTES, "%s", advice);
+      send_packet(b, socket_number, to, &packet);
+    }
+    b->advised = advice;
   }
   if (b->commanded) {
     packet.kind = FB_STATE;
@@ -333,7 +367,7 @@ static void answer(struct bridge* b) {
 static void serve(struct bridge* b) {
   const int64_t period_ns = (int64_t)(1e9 / b->device->hello.rate_Hz);
   int64_t due_ns = bridge_now_ns();
-  while (!stopped && !b->lost) {
+  while (!stopped && !b->lost && (!b->is_private || b->master >= 0 || b->force.mode != BRIDGE_OFF)) {
     struct pollfd ready[2] = {{b->listener, POLLIN, 0}, {b->master, POLLIN, 0}};
     const int64_t wait_ns = due_ns - bridge_now_ns();
     const struct timespec wait = {0, wait_ns > 0 ? (long)wait_ns : 0};
@@ -349,9 +383,13 @@ static void serve(struct bridge* b) {
     }
     if (b->udp && b->has_peer && now_ns - b->heard_ns > kSilence_ns) drop_master(b, now_ns);
     // A command acts at once; without one the device's own rate goes on.
-    if (b->commanded || now_ns >= due_ns) step(b);
+    const int acts = b->commanded || now_ns >= due_ns;
+    if (acts) step(b);
     answer(b);
-    if (now_ns >= due_ns) due_ns = now_ns - due_ns > period_ns ? now_ns + period_ns : due_ns + period_ns;
+    if (acts && b->device->exchange != NULL)
+      due_ns = bridge_now_ns() + kPatience_ns;
+    else if (now_ns >= due_ns)
+      due_ns = now_ns - due_ns > period_ns ? now_ns + period_ns : due_ns + period_ns;
   }
 }
 
@@ -379,13 +417,16 @@ int bridge_run(const struct bridge_device* device, const char* address) {
   sigaction(SIGTERM, &action, NULL);
   if (log != NULL && log[0] != 0) b.log = fopen(log, "w");
   if (b.log != NULL) setvbuf(b.log, NULL, _IOLBF, 0);
-  printf("%s: use filiform's --device bridge:%s\n", device->hello.name, b.udp ? address : b.path);
+  if (!b.is_private) printf("%s: use filiform's --device bridge:%s\n", device->hello.name, b.udp ? address : b.path);
   fflush(stdout);
   serve(&b);
-  device->write(device->self, none);
+  if (device->exchange != NULL)
+    device->exchange(device->self, none, &b.state);
+  else
+    device->write(device->self, none);
   if (b.path[0] != 0) unlink(b.path);
   if (b.master >= 0) close(b.master);
-  close(b.listener);
+  if (b.listener >= 0) close(b.listener);
   if (b.log != NULL) fclose(b.log);
   if (b.lost) complain("the device was lost: connect it and start again", device->hello.name);
   return b.lost ? 3 : 0;

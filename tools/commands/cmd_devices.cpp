@@ -145,7 +145,8 @@ void print(std::ostream& out, const std::string& device, const DeviceCapabilitie
 std::string fileOf(const std::string& device) {
   const std::size_t colon = device.find(':');
   const std::string kind = device.substr(0, colon);
-  return colon != std::string::npos && (kind == "falcon" || kind == "replay") ? device.substr(colon + 1) : "";
+  return colon != std::string::npos && (kind == "falcon" || kind == "replay") ? withoutDirect(device).substr(colon + 1)
+                                                                              : "";
 }
 
 // Keeps the traffic of a test that fails, because the traffic shows the reason. An older file stays.
@@ -240,7 +241,8 @@ int runDevices(const DevicesArguments& a) {
     const KeptTraffic kept(record.get(), recorder.get());
     std::unique_ptr<Output> report;
     if (!a.report.empty()) report = std::make_unique<Output>(a.report, OutputOptions{.cancel = &interruptFlag()});
-    const std::unique_ptr<HapticDevice> device = makeDevice(spec, {.usb = recorder.get()});
+    const std::unique_ptr<HapticDevice> device =
+        makeDevice(spec, {.direct = report != nullptr, .usb = recorder.get()});  // a report is of the driver itself
     DeviceCheckOptions options;
     options.tell = [](const std::string& text) { std::cerr << text << '\n'; };
     options.poll = [] { throwIfInterrupted(); };
