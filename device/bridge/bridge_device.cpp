@@ -177,7 +177,7 @@ struct BridgeDevice::Impl {
   std::uint32_t flags = 0;           // of the newest STATE
   std::int64_t began_ns = 0;         // the first STATE's time
   std::int64_t heard_ns = 0;
-  bool is_open = false, has_state = false, is_gone = false;
+  bool is_open = false, has_state = false, is_gone = false, has_servo = false;
 
   bool send(fb_packet& packet) noexcept {
     unsigned char bytes[FB_COOKIE_BYTES + FB_MOST_BYTES];
@@ -310,6 +310,7 @@ struct BridgeDevice::Impl {
     seq = 0;
     const fb_hello hello = call();
     capabilities = capabilitiesOf(hello, where);
+    has_servo = (hello.flags & FB_OWN_SERVO) != 0;
     measure();
   }
 
@@ -356,7 +357,9 @@ struct BridgeDevice::Impl {
     // A force that is computed from a state goes out with the next exchange: one period, or more if the transport is
     // slower than that.
     const double late_s = times_s[times_s.size() * 9 / 10];
-    capabilities.delay_samples = std::max(1, static_cast<int>(std::min(8.0, std::ceil(late_s / options.period_s))));
+    const double servo_s = has_servo ? 1 / capabilities.nominal_rate_Hz : 0;
+    const auto periods = [this](double time_s) { return std::ceil(time_s / options.period_s - 1e-9); };
+    capabilities.delay_samples = static_cast<int>(std::min(8.0, std::max(1.0, periods(late_s)) + periods(servo_s)));
   }
 
   void updateStatus() noexcept {

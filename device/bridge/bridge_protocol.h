@@ -30,7 +30,8 @@ enum {
 enum {
   FB_KNOWS_VELOCITY = 1,     // STATE holds the device's own velocity; otherwise the bridge's estimate
   FB_KNOWS_ORIENTATION = 2,  // STATE holds the orientation of the stylus
-  FB_IS_LED = 4              // a simulated hand: it pulls towards fb_command.aim_D
+  FB_IS_LED = 4,             // a simulated hand: it pulls towards fb_command.aim_D
+  FB_OWN_SERVO = 32          // the device's own thread renders: a COMMAND acts from its next period on
 };
 // fb_state.flags
 enum {
