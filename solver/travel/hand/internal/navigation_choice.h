@@ -23,6 +23,7 @@ struct NavigationWish {
   double zoom_um = 300;                   // world across 0.12 m of device
   std::optional<double> stiffness_N_m{};  // none: 200, with the loose hand 50; hardware: defaultStiffness()
   std::optional<bool> passivity{};        // none: on unless the stiffness is below the bound
+  std::optional<ButtonMap> buttons{};     // none: defaultButtons()
 };
 
 struct NavigationChoice {

@@ -77,6 +77,7 @@ SessionCommands readSessionCommands(const std::string& path, TileId tile_count) 
     session.method = solverMethod(json.at("method").get<std::string>());
     session.stiffness_N_m = json.at("stiffness_N_m").get<double>();
     session.rate_Hz = json.at("rate_Hz").get<double>();
+    if (json.contains("buttons")) session.buttons = parseButtons(json.at("buttons").get<std::string>(), inShort(path));
     for (const auto& one : json.at("commands")) session.commands.push_back(fromJson(one));
   } catch (const nlohmann::json::exception& error) {
     throw InputError(inShort(path) + ": not the commands of a session: " + error.what());
@@ -95,6 +96,7 @@ void writeSessionCommands(const std::string& path, const SessionCommands& comman
                    {"method", toString(commands.method)},
                    {"stiffness_N_m", commands.stiffness_N_m},
                    {"rate_Hz", commands.rate_Hz}};
+  if (commands.buttons) json["buttons"] = buttonsText(*commands.buttons);
   json["commands"] = SessionJson::array();
   for (const SessionCommand& one : commands.commands) json["commands"].push_back(toJson(one));
   Output out(path);
