@@ -13,7 +13,7 @@
 namespace filiform {
 
 const char* deviceChoices() {
-  return "sim:loose|medium|firm, replay:FILE, null, falcon[:FIRMWARE], spacemouse[:SOCKET], gamepad[:NODE], "
+  return "sim:loose|medium|firm, replay:FILE, null, falcon[:FIRMWARE][,SOCKET], spacemouse[:SOCKET], gamepad[:NODE], "
          "haply[:HOST:PORT][,ID], bridge[:PATH|udp:HOST:PORT]";
 }
 
@@ -34,11 +34,8 @@ std::unique_ptr<HapticDevice> makeDevice(const std::string& spec, const DeviceFa
     return std::make_unique<ReplayDevice>(argument);
   }
   if (spec == "null") return std::make_unique<NullDevice>(options.period_s);
-  if (kind == "falcon") {
-    FalconOptions falcon;
-    falcon.firmware = argument;
-    return std::make_unique<Falcon>(usb, falcon);
-  }
+  if (kind == "falcon" || spec.starts_with("falcon,"))
+    return std::make_unique<Falcon>(usb, falconOptions(spec.substr(6)));
   if (kind == "spacemouse") {
     SpaceMouseOptions mouse;
     mouse.bus_path = argument;

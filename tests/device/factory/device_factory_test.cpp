@@ -25,7 +25,7 @@ TEST(DeviceFactory, MakesEveryDeviceItOffers) {
     EXPECT_EQ(device->status(), DeviceStatus::closed);
   }
   EXPECT_NE(dynamic_cast<NullDevice*>(makeDevice("null").get()), nullptr);
-  for (const char* spec : {"falcon", "falcon:", "falcon:/no/such/file"})
+  for (const char* spec : {"falcon", "falcon:", "falcon:/no/such/file", "falcon,1-2", "falcon:/no/such/file,1-2"})
     EXPECT_NE(dynamic_cast<Falcon*>(makeDevice(spec).get()), nullptr) << spec;
 
   for (const char* spec : {"spacemouse", "spacemouse:1-2"}) {
