@@ -1,11 +1,12 @@
 #include "device/bridge/bridge_device.h"
 
 #include "device/bridge/bridge_protocol.h"
-#include "device/vector_length.h"
+#include "device/device_gate.h"
 
 #include <algorithm>
 #include <arpa/inet.h>
 #include <array>
+#include <atomic>
 #include <cerrno>
 #include <cmath>
 #include <cstdlib>
@@ -25,8 +26,9 @@ namespace filiform {
 
 namespace {
 
-constexpr int kMostPackets = 64;  // packets an exchange: a flood cannot block it
-constexpr double kMost_m = 10;    // positions beyond are not believable
+constexpr int kMostPackets = 64;              // packets an exchange: a flood cannot block it
+constexpr double kMost_m = 10;                // positions beyond are not believable
+constexpr double kAssumedDamping_Ns_m = 0.5;  // of device and hand together, at least, if the device's is unknown
 
 std::int64_t monotonic_ns() noexcept {
   timespec now{};
@@ -143,7 +145,6 @@ DeviceCapabilities capabilitiesOf(const fb_hello& hello, const std::string& wher
             "the workspace must be at least 1 mm wide, and within 10 m");
   DeviceCapabilities can;
   for (const char* c = hello.name; *c != 0; ++c) can.name += *c >= 0x20 && *c < 0x7f ? *c : '?';
-  can.name += " (bridge)";
   std::copy_n(hello.lo_D, 3, can.workspace_lo_D.data());
   std::copy_n(hello.hi_D, 3, can.workspace_hi_D.data());
   can.peak_force_N = hello.peak_force_N;
@@ -157,12 +158,17 @@ DeviceCapabilities capabilitiesOf(const fb_hello& hello, const std::string& wher
   can.renders_model = true;
   can.is_led = (hello.flags & FB_IS_LED) != 0;
   can.senses_orientation = (hello.flags & FB_KNOWS_ORIENTATION) != 0;
+  can.paces_loop = (hello.flags & FB_PACES) != 0;
+  can.needs_homing = (hello.flags & FB_HOMES) != 0;
+  can.delay_samples = static_cast<int>(hello.flags >> FB_DELAY_SHIFT & 15);
   return can;
 }
 
 }  // namespace
 
 struct BridgeDevice::Impl {
+  static constexpr std::size_t kMostAdvice = 16;
+
   BridgeOptions options;
   std::string where;
   bool udp = false;
@@ -177,6 +183,11 @@ struct BridgeDevice::Impl {
   std::uint32_t flags = 0;           // of the newest STATE
   std::int64_t began_ns = 0;         // the first STATE's time
   std::int64_t heard_ns = 0;
+  std::int64_t asked_ns = 0;  // of the first COMMAND since the newest STATE; 0: none
+  // Different texts so far. Readers on other threads hold pointers to them, so none is changed.
+  std::array<std::array<char, FB_TEXT_BYTES>, kMostAdvice> advices{};
+  std::size_t advice_count = 0;
+  std::atomic<const char*> advice{""};
   bool is_open = false, has_state = false, is_gone = false, has_servo = false;
 
   bool send(fb_packet& packet) noexcept {
@@ -220,6 +231,8 @@ struct BridgeDevice::Impl {
 
   // Takes a STATE if it is newer than the last one, and finite.
   bool take(const fb_packet& packet) noexcept {
+    if (packet.kind == FB_ADVICE) takeAdvice(packet.is.text);
+    if (packet.kind == FB_ADVICE) return false;
     const fb_state& s = packet.is.state;
     const bool is_newer = !has_state || static_cast<std::int32_t>(packet.seq - taken) > 0;
     const bool is_sane = fb_finite(s.p_D, 3) && fb_finite(s.v_D, 3) && fb_finite(s.force_N, 3) &&
@@ -234,6 +247,7 @@ struct BridgeDevice::Impl {
     taken = packet.seq;
     flags = s.flags;
     heard_ns = monotonic_ns();
+    asked_ns = 0;
     ++counters.states;
     counters.refused = s.refused;
     // The subtraction may wrap for any bytes; the conversion is defined.
@@ -247,6 +261,18 @@ struct BridgeDevice::Impl {
     state.sent_N = sent_N;
     if (capabilities.senses_orientation) takeOrientation(s);
     return true;
+  }
+
+  void takeAdvice(const char* text) noexcept {
+    const auto end = advices.begin() + static_cast<std::ptrdiff_t>(advice_count);
+    auto at =
+        std::find_if(advices.begin(), end, [text](const auto& old) { return std::strcmp(old.data(), text) == 0; });
+    if (at == end && advice_count == kMostAdvice) return;
+    if (at == end) {
+      std::strncpy(at->data(), text, FB_TEXT_BYTES - 1);
+      ++advice_count;
+    }
+    advice.store(at->data(), std::memory_order_release);
   }
 
   // An orientation that is no rotation is ignored: the last one stays.
@@ -279,6 +305,7 @@ struct BridgeDevice::Impl {
     c.damping_Ns_m = model.damping_Ns_m;
     c.radius_m = model.radius_m;
     std::copy_n(aim_D.data(), 3, c.aim_D);
+    if (asked_ns == 0) asked_ns = c.time_ns;
     if (!send(packet)) return false;
     ++counters.commands;
     const std::uint32_t mine = seq;
@@ -298,7 +325,10 @@ struct BridgeDevice::Impl {
     udp = options.address.starts_with("udp:");
     where = "bridge:" + options.address;
     socket = Socket();
-    if (udp) {
+    if (options.connect) {
+      where = options.address;
+      socket = Socket(options.connect());
+    } else if (udp) {
       socket = connectToPort(options.address);  // complains of the address first
       cookie = readCookie(options.cookie_file);
     } else {
@@ -308,9 +338,11 @@ struct BridgeDevice::Impl {
     }
     is_gone = has_state = false;
     seq = 0;
+    asked_ns = 0;
     const fb_hello hello = call();
     capabilities = capabilitiesOf(hello, where);
     has_servo = (hello.flags & FB_OWN_SERVO) != 0;
+    if (!options.connect) capabilities.name += " (bridge)";
     measure();
   }
 
@@ -343,11 +375,13 @@ struct BridgeDevice::Impl {
 
   // Round trips of commands without ARM: they render nothing.
   void measure() {
-    std::vector<double> times_s;
+    std::vector<double> times_s, ages_s;
     for (int i = 0; i < std::max(1, options.round_trips); ++i) {
       const std::int64_t from_ns = monotonic_ns();
-      if (command(Eigen::Vector3d::Zero(), {}, false))
+      if (command(Eigen::Vector3d::Zero(), {}, false)) {
         times_s.push_back(1e-9 * static_cast<double>(monotonic_ns() - from_ns));
+        ages_s.push_back(1e-9 * static_cast<double>(heard_ns - began_ns) - state.time_s);
+      }
       if (is_gone) break;
     }
     if (times_s.empty()) throw DeviceError(where + ": the bridge does not answer commands; start it again");
@@ -356,14 +390,34 @@ struct BridgeDevice::Impl {
     longest_s = times_s.back();
     // A force that is computed from a state goes out with the next exchange: one period, or more if the transport is
     // slower than that.
-    const double late_s = times_s[times_s.size() * 9 / 10];
+    const std::size_t late = times_s.size() * 9 / 10;
+    const double late_s = times_s[late];
+    if (capabilities.paces_loop) {  // a round trip contains the wait for the sample, which is the period itself
+      std::sort(ages_s.begin(), ages_s.end());
+      lowerFor(std::clamp(2 * ages_s[late], 0.0, options.answer_s));
+      return;
+    }
     const double servo_s = has_servo ? 1 / capabilities.nominal_rate_Hz : 0;
     const auto periods = [this](double time_s) { return std::ceil(time_s / options.period_s - 1e-9); };
     capabilities.delay_samples = static_cast<int>(std::min(8.0, std::max(1.0, periods(late_s)) + periods(servo_s)));
   }
 
+  // The process between driver and program makes each period `hop_s` longer: lowers the device's limit of stiffness as
+  // solver/FORCES.md says.
+  void lowerFor(double hop_s) noexcept {
+    DeviceCapabilities& can = capabilities;
+    can.delay_samples = std::max(1, can.delay_samples);
+    const double periods = 0.5 + can.delay_samples, most_N_m = can.max_stiffness_N_m;
+    const double damping_Ns_m = can.damping_Ns_m > 0 ? can.damping_Ns_m : kAssumedDamping_Ns_m;
+    can.max_stiffness_N_m /= 1 + most_N_m * hop_s * periods / damping_Ns_m;
+    if (can.damping_Ns_m <= 0) return;
+    const double bound_N_m = 0.8 * can.damping_Ns_m / (periods * (options.period_s + hop_s));
+    can.max_stiffness_N_m = most_N_m > 0 ? std::min(can.max_stiffness_N_m, bound_N_m) : bound_N_m;
+  }
+
   void updateStatus() noexcept {
-    const bool silent = monotonic_ns() - heard_ns > inNanoseconds(options.silence_s);
+    // Silence counts from a command, so that a program that was stopped does not lose its device.
+    const bool silent = asked_ns > 0 && monotonic_ns() - asked_ns > inNanoseconds(options.silence_s);
     if (is_gone || silent || (flags & FB_FAULT) != 0)
       state.status = DeviceStatus::fault;
     else
@@ -391,7 +445,7 @@ void BridgeDevice::open() {
   if (d.socket.number < 0 || d.is_gone || d.state.status == DeviceStatus::fault) d.connect();
   d.state = DeviceState();
   d.has_state = false;
-  d.heard_ns = monotonic_ns();
+  d.asked_ns = 0;
   d.is_open = true;
   d.command(Eigen::Vector3d::Zero(), {}, true);
   d.updateStatus();
@@ -415,13 +469,7 @@ DeviceState BridgeDevice::exchange(const Wrench& wrench) noexcept {
   if (!d.is_open || d.state.status == DeviceStatus::fault) return d.state;
   const bool is_ready = d.state.status == DeviceStatus::ready;
   Wrench sent = is_ready ? finiteOrZero(wrench) : Wrench{};
-  const double strength_N = lengthOf(sent.force_N);
-  if (strength_N > d.capabilities.peak_force_N) {
-    const double part = d.capabilities.peak_force_N / strength_N;
-    sent.force_N *= part;
-    sent.model.stiffness_N_m *= part;
-    sent.model.damping_Ns_m *= part;
-  }
+  DeviceGate::shorten(sent, d.capabilities.peak_force_N);
   d.command(sent.force_N, sent.model, is_ready && (d.flags & FB_ARMED) == 0);
   d.updateStatus();
   return d.state;
@@ -430,6 +478,8 @@ DeviceState BridgeDevice::exchange(const Wrench& wrench) noexcept {
 void BridgeDevice::lead(const Eigen::Vector3d& target_D) noexcept {
   if (target_D.allFinite()) impl_->aim_D = target_D;
 }
+
+const char* BridgeDevice::advice() const noexcept { return impl_->advice.load(std::memory_order_acquire); }
 
 double BridgeDevice::typicalRoundTrip_s() const noexcept { return impl_->typical_s; }
 

@@ -8,6 +8,7 @@
 #include "device/haptic_device.h"
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -22,9 +23,12 @@ struct BridgeOptions {
   std::string cookie_file{};
   double period_s = 0.001;  // of the exchanges; with the round trip it gives capabilities().delay_samples
   double answer_s = 0.002;  // an exchange waits so long for its STATE
-  double silence_s = 0.25;  // without a STATE for so long, the status is fault
+  double silence_s = 0.25;  // a COMMAND without a STATE for so long: the status is fault
   double connect_s = 1;     // the constructor waits so long for the bridge
   int round_trips = 64;     // measured by the constructor
+  // Makes a connected socket to a bridge that serves nobody else; called to connect and to connect again. Throws
+  // DeviceError. Empty: connects to `address`, which otherwise is only the name in error messages.
+  std::function<int()> connect{};
 };
 
 struct BridgeCounters {  // since the constructor
@@ -54,6 +58,7 @@ class BridgeDevice : public HapticDevice {
   // the bridge to arm again; the bridge then ramps the force.
   DeviceState exchange(const Wrench& wrench) noexcept override;
   void lead(const Eigen::Vector3d& target_D) noexcept override;
+  const char* advice() const noexcept override;  // of the bridge
 
   // Measured by the constructor: median and largest time from COMMAND to STATE.
   double typicalRoundTrip_s() const noexcept;

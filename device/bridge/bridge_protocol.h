@@ -15,23 +15,28 @@ extern "C" {
 #endif
 
 enum { FB_VERSION = 1, FB_MAGIC = 0x424c4946 };  // the bytes F, I, L, B
-enum { FB_CALL = 1, FB_HELLO = 2, FB_STATE = 3, FB_COMMAND = 4, FB_REFUSE = 5, FB_BYE = 6 };
+enum { FB_CALL = 1, FB_HELLO = 2, FB_STATE = 3, FB_COMMAND = 4, FB_REFUSE = 5, FB_BYE = 6, FB_ADVICE = 7 };
 enum {
   FB_HEAD_BYTES = 16,
   FB_HELLO_BYTES = 192,
   FB_STATE_BYTES = 144,
   FB_COMMAND_BYTES = 168,
   FB_REFUSE_BYTES = 24,
+  FB_ADVICE_BYTES = 192,
   FB_MOST_BYTES = 192,
   FB_COOKIE_BYTES = 16,  // before each packet over UDP
-  FB_NAME_BYTES = 64
+  FB_NAME_BYTES = 64,
+  FB_TEXT_BYTES = 176
 };
 // fb_hello.flags
 enum {
   FB_KNOWS_VELOCITY = 1,     // STATE holds the device's own velocity; otherwise the bridge's estimate
   FB_KNOWS_ORIENTATION = 2,  // STATE holds the orientation of the stylus
   FB_IS_LED = 4,             // a simulated hand: it pulls towards fb_command.aim_D
-  FB_OWN_SERVO = 32          // the device's own thread renders: a COMMAND acts from its next period on
+  FB_PACES = 8,              // a STATE comes with the device's next sample; filiform needs no clock of its own
+  FB_HOMES = 16,             // the device needs homing
+  FB_OWN_SERVO = 32,         // the device's own thread renders: a COMMAND acts from its next period on
+  FB_DELAY_SHIFT = 8         // bits 8 to 11: samples from a force to its effect in the state
 };
 // fb_state.flags
 enum {
@@ -91,7 +96,8 @@ struct fb_packet {
     struct fb_hello hello;
     struct fb_state state;
     struct fb_command command;
-    uint32_t reason;  // FB_REFUSE
+    uint32_t reason;           // FB_REFUSE
+    char text[FB_TEXT_BYTES];  // FB_ADVICE: why the device is not ready, UTF-8, ends with a zero byte; may be empty
   } is;
 };
 
@@ -146,6 +152,8 @@ static inline size_t fb_size(int kind) {
       return FB_COMMAND_BYTES;
     case FB_REFUSE:
       return FB_REFUSE_BYTES;
+    case FB_ADVICE:
+      return FB_ADVICE_BYTES;
     default:
       return 0;
   }
@@ -200,6 +208,8 @@ static inline size_t fb_encode(const struct fb_packet* packet, unsigned char* by
     fb_put_numbers(at, c->aim_D, 3);
   } else if (packet->kind == FB_REFUSE) {
     fb_put(at, packet->is.reason, 4);
+  } else if (packet->kind == FB_ADVICE) {
+    memcpy(at, packet->is.text, FB_TEXT_BYTES - 1);
   }
   return size;
 }
@@ -250,6 +260,9 @@ static inline int fb_decode(const unsigned char* bytes, size_t size, struct fb_p
     fb_get_numbers(&at, c->aim_D, 3);
   } else if (packet->kind == FB_REFUSE) {
     packet->is.reason = (uint32_t)fb_get(&at, 4);
+  } else if (packet->kind == FB_ADVICE) {
+    memcpy(packet->is.text, at, FB_TEXT_BYTES);
+    packet->is.text[FB_TEXT_BYTES - 1] = 0;
   }
   return 1;
 }

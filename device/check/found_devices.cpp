@@ -1,6 +1,7 @@
 #include "device/check/found_devices.h"
 
 #include "device/bridge/bridge_device.h"
+#include "device/factory/device_factory.h"
 #include "device/falcon/falcon.h"
 #include "device/gamepad/gamepad_port.h"
 #include "device/haply/haply_device.h"
@@ -101,7 +102,8 @@ std::vector<FoundDevice> findBridgedDevices() {
   return found;
 }
 
-bool isPluggedIn(UsbTransport& transport, const std::string& device) {
+bool isPluggedIn(UsbTransport& transport, const std::string& spec) {
+  const std::string device = withoutDirect(spec);
   if (device == "haply" || device.starts_with("haply:") || device.starts_with("haply,")) {
     const HaplyOptions options = haplyOptions(device.substr(5));
     const HaplyServiceState service = askHaplyService(options, kServiceTime_s);

@@ -4,6 +4,7 @@
 #include "device/falcon/falcon.h"
 #include "device/gamepad/gamepad.h"
 #include "device/haply/haply_device.h"
+#include "device/process/process_device.h"
 #include "device/recording/replay.h"
 #include "device/simulated/null_device.h"
 #include "device/simulated/simulated_hand.h"
@@ -13,15 +14,29 @@
 namespace filiform {
 
 const char* deviceChoices() {
-  return "sim:loose|medium|firm, replay:FILE, null, falcon[:FIRMWARE][,SOCKET], spacemouse[:SOCKET], gamepad[:NODE], "
-         "haply[:HOST:PORT][,ID], bridge[:PATH|udp:HOST:PORT]";
+  return "sim:loose|medium|firm, replay:FILE, null, falcon[:FIRMWARE][,SOCKET][,direct], spacemouse[:SOCKET], "
+         "gamepad[:NODE], "
+         "haply[:HOST:PORT][,ID][,direct], bridge[:PATH|udp:HOST:PORT]";
 }
 
-std::unique_ptr<HapticDevice> makeDevice(const std::string& spec, const DeviceFactoryOptions& options) {
+std::string withoutDirect(const std::string& spec) {
+  constexpr std::string_view kDirect = ",direct";
+  return spec.ends_with(kDirect) ? spec.substr(0, spec.size() - kDirect.size()) : spec;
+}
+
+std::unique_ptr<HapticDevice> makeDevice(const std::string& given, const DeviceFactoryOptions& options) {
+  const std::string direct = withoutDirect(given);
+  const bool renders = direct == "falcon" || direct.starts_with("falcon:") || direct.starts_with("falcon,") ||
+                       direct == "haply" || direct.starts_with("haply:") || direct.starts_with("haply,");
+  const std::string& spec = renders ? direct : given;
   const std::size_t colon = spec.find(':');
   const std::string kind = spec.substr(0, colon);
   UsbTransport& usb = options.usb != nullptr ? *options.usb : systemUsb();
   const std::string argument = colon == std::string::npos ? "" : spec.substr(colon + 1);
+  if (renders && spec == given && options.usb == nullptr && !options.direct) {
+    if (spec.starts_with("haply")) static_cast<void>(haplyOptions(spec.substr(5)));  // refuses a wrong name here
+    return std::make_unique<ProcessDevice>(ProcessDeviceOptions{.device = spec, .period_s = options.period_s});
+  }
   if (kind == "sim") {
     SimulatedHandOptions hand;
     hand.hand = handParameters(colon == std::string::npos ? "medium" : argument);
@@ -52,8 +67,7 @@ std::unique_ptr<HapticDevice> makeDevice(const std::string& spec, const DeviceFa
     bridge.period_s = options.period_s;
     return std::make_unique<BridgeDevice>(bridge);
   }
-  if (spec == "haply" || spec.starts_with("haply:") || spec.starts_with("haply,"))
-    return std::make_unique<HaplyDevice>(haplyOptions(spec.substr(5)));
+  if (renders) return std::make_unique<HaplyDevice>(haplyOptions(spec.substr(5)));
   throw UnknownDevice(
       "no such device '" + spec + "'; choose one of " + deviceChoices(), kind,
       {"sim:loose", "sim:medium", "sim:firm", "replay", "null", "falcon", "spacemouse", "gamepad", "haply", "bridge"});

@@ -14,10 +14,12 @@ class UsbTransport;
 struct DeviceFactoryOptions {
   double period_s = 0.001;      // of devices in virtual time
   int delay_samples = 1;        // of the simulated hand
+  bool direct = false;          // as ",direct" after the name
   UsbTransport* usb = nullptr;  // for hardware; must outlive the device. nullptr: systemUsb()
 };
 
-// Makes a device; open() is left to the caller. Names:
+// Makes a device; open() is left to the caller. Falcon and Haply are opened by a process of their own, which starts
+// here (process/process_device.h), unless ",direct" follows the name or options.usb is set. Names:
 //   sim:loose, sim:medium, sim:firm   a SimulatedHand, which its owner steers; "sim" means medium
 //   replay:FILE                       a recording; the file is read and checked here
 //   null                              a NullDevice
@@ -25,9 +27,12 @@ struct DeviceFactoryOptions {
 //   spacemouse, spacemouse:1-2        the first 3Dconnexion mouse, or the one in USB socket 1-2
 //   haply, haply:HOST:PORT, haply,ID  a Haply Inverse3, through the Haply Inverse Service here or there
 //   bridge:PATH, bridge:udp:HOST:PORT the device behind a bridge; "bridge" alone: the only bridge. Connects here
-// Throws UnknownDevice for another name, DeviceError for a recording that cannot be read or a bridge that does not
-// answer.
+// Throws UnknownDevice for another name, DeviceError for a recording that cannot be read, a bridge that does not answer
+// or a device that its process cannot open.
 std::unique_ptr<HapticDevice> makeDevice(const std::string& spec, const DeviceFactoryOptions& options = {});
+
+// The name without ",direct" at its end.
+std::string withoutDirect(const std::string& spec);
 
 // The names that makeDevice() accepts, for help texts: "sim:loose|medium|firm, replay:FILE, null, ...".
 const char* deviceChoices();

@@ -17,6 +17,7 @@ constexpr std::uint8_t kInterface = 0, kIn = 0x81, kOut = 0x02;
 constexpr std::size_t kInBytes = 512, kOutBytes = 64;
 constexpr double kControlTime_s = 0.5, kWriteTime_s = 0.5, kReopenPause_s = 0.1;
 constexpr double kProbeTime_s = 0.1, kFirstReportTime_s = 1.0, kProbeAnswer_s = 0.01, kZeroTime_s = 0.01;
+constexpr double kPeak_N = 8;
 constexpr double kFarthest_m = 0.1;  // from the centre, on any axis: out of the mechanism's reach
 // Limits of the time between two accepted reports, for the speed check. After a gap, no report is accepted at once.
 constexpr double kLeastInterval_s = 1e-3, kMostInterval_s = 2e-3;
@@ -26,13 +27,14 @@ std::string rejection(UsbStatus status) { return std::string("a USB transfer fai
 
 }  // namespace
 
-Falcon::Falcon(UsbTransport& transport, FalconOptions options) : transport_(transport), options_(std::move(options)) {
+Falcon::Falcon(UsbTransport& transport, FalconOptions options)
+    : transport_(transport), options_(std::move(options)), gate_(kPeak_N, options_.ramp_s) {
   if (options_.firmware.empty())
     if (const char* named = std::getenv(kFalconFirmwareVariable)) options_.firmware = named;
   capabilities_.name = "Novint Falcon";
   capabilities_.workspace_lo_D.setConstant(-kFalconReach_m);
   capabilities_.workspace_hi_D.setConstant(kFalconReach_m);
-  capabilities_.peak_force_N = 8;
+  capabilities_.peak_force_N = kPeak_N;
   capabilities_.max_stiffness_N_m = 500;
   capabilities_.resolution_m = 5e-5;
   capabilities_.nominal_rate_Hz = 1000;
@@ -225,9 +227,8 @@ DeviceState Falcon::exchange(const Wrench& wrench) noexcept {
   if (unanswered_ > 0 && begin_s - asked_s_ > kLost_s) fail();
   if (state_.status == DeviceStatus::fault) return state_;
 
-  const bool stale = begin_s - report_s_ > kStale_s;
-  if (stale) ramp_from_s_ = begin_s;
-  const Command command = commandFor(stale ? Wrench{} : wrench);
+  const bool stale = DeviceGate::isStale(begin_s, report_s_);
+  const Command command = commandFor(gate_.pass(wrench, begin_s, report_s_).force_N);
   // If the last command is not taken yet, the device still acts on it.
   if (send(command.packet, stale) && state_.status != DeviceStatus::fault) sent_N_ = command.force_N;
   state_.sent_N = sent_N_;
@@ -248,22 +249,13 @@ DeviceState Falcon::exchange(const Wrench& wrench) noexcept {
   return state_;
 }
 
-Falcon::Command Falcon::commandFor(const Wrench& wrench) const noexcept {
+Falcon::Command Falcon::commandFor(const Eigen::Vector3d& force_N) const noexcept {
   Command command;
   if (state_.status != DeviceStatus::ready) {
     command.packet.red = command.packet.homing = true;
     return command;
   }
   command.packet.green = true;
-  Eigen::Vector3d force_N = finiteOrZero(wrench).force_N;
-  const double since_s = usb_->time_s() - ramp_from_s_;
-  if (since_s < options_.ramp_s) force_N *= std::max(since_s, 0.0) / options_.ramp_s;
-  if (const double most = force_N.cwiseAbs().maxCoeff(); most > 0) {
-    // Divide by the largest component first: the square of a huge force is not finite.
-    const double length_N = most * (force_N / most).norm();
-    if (length_N > capabilities_.peak_force_N)
-      force_N = force_N / most * (capabilities_.peak_force_N * most / length_N);
-  }
   const auto torques_Nm = falconTorques(p_F_, force_N);
   if (!torques_Nm) return command;
   command.packet.motors = falconMotors(*torques_Nm, options_.motor_per_Nm);
@@ -355,7 +347,7 @@ void Falcon::take(const FalconReport& report) noexcept {
 // Accepts a position unrelated to the last one: the velocity is zero and the force restarts from zero.
 void Falcon::begin(const Eigen::Vector3d& p_F) noexcept {
   state_.status = DeviceStatus::ready;
-  ramp_from_s_ = usb_->time_s();
+  gate_.close(usb_->time_s());
   refused_in_a_row_ = 0;
   held_ = 0;
   moveTo(p_F);

@@ -18,6 +18,7 @@
 // An exchange ends within kAnswerTime_s, even if a fault occurs. Thread rule: as HapticDevice.
 #pragma once
 
+#include "device/device_gate.h"
 #include "device/falcon/falcon_kinematics.h"
 #include "device/falcon/falcon_protocol.h"
 #include "device/haptic_device.h"
@@ -59,7 +60,7 @@ struct FalconCounters {  // since open()
 class Falcon : public HapticDevice {
  public:
   static constexpr double kAnswerTime_s = 0.005;  // longest duration of exchange()
-  static constexpr double kStale_s = 0.010;
+  static constexpr double kStale_s = DeviceGate::kStale_s;
   static constexpr double kLost_s = 0.25;
   static constexpr double kVelocityWindow_s = 0.012;
   static constexpr int kZeroPackets = 5;
@@ -103,7 +104,7 @@ class Falcon : public HapticDevice {
     FalconCommand packet;
     Eigen::Vector3d force_N = Eigen::Vector3d::Zero();  // the force of these motor values
   };
-  Command commandFor(const Wrench& wrench) const noexcept;
+  Command commandFor(const Eigen::Vector3d& force_N) const noexcept;
   bool send(const FalconCommand& command, bool at_once) noexcept;
   bool takeReports() noexcept;
   void take(const FalconReport& report) noexcept;
@@ -120,10 +121,11 @@ class Falcon : public HapticDevice {
   FalconReportParser parser_;
   FalconCounters counters_;
   DeviceState state_;
-  double opened_s_ = 0, report_s_ = 0, ramp_from_s_ = 0;  // transport's clock; report_s_: last accepted report
-  double deadline_s_ = 0;                                 // of the current exchange, transport's clock
-  Eigen::Vector3d sent_N_ = Eigen::Vector3d::Zero();      // last force sent to the device
-  Eigen::Vector3d taken_N_ = Eigen::Vector3d::Zero();     // last force that the device is known to have taken
+  DeviceGate gate_;
+  double opened_s_ = 0, report_s_ = 0;                 // transport's clock; report_s_: last accepted report
+  double deadline_s_ = 0;                              // of the current exchange, transport's clock
+  Eigen::Vector3d sent_N_ = Eigen::Vector3d::Zero();   // last force sent to the device
+  Eigen::Vector3d taken_N_ = Eigen::Vector3d::Zero();  // last force that the device is known to have taken
   Eigen::Vector3d p_F_ = kFalconCentre_F;
   Eigen::Vector3d refused_F_ = kFalconCentre_F;  // position of the last rejected report
   int refused_in_a_row_ = 0;

@@ -1,7 +1,8 @@
 #include "device/haply/haply_device.h"
 
+#include "device/device_gate.h"
 #include "device/haply/internal/haply_link.h"
-#include "device/vector_length.h"
+#include "device/haply/internal/haply_proof.h"
 
 #include <algorithm>
 #include <array>
@@ -75,10 +76,6 @@ double haplyStiffness(double period_s, int delay_samples) noexcept {
 }
 
 struct HaplyDevice::Impl {
-  // waiting: for the device to be ready. before, with, after: the proof, before, while and after the probe's force
-  // acts.
-  enum class Phase : std::uint8_t { waiting, before, with, after, proven };
-
   HaplyOptions options;
   DeviceCapabilities capabilities;
   HaplyCounters counters;
@@ -88,25 +85,17 @@ struct HaplyDevice::Impl {
   DeviceState state;
   std::atomic<const char*> advice{""};
   HaplyDialect dialect = HaplyDialect::vector;
-  Phase phase = Phase::waiting;
-  int phase_states = 0;      // states in this phase
-  int tried = 0;             // dialects
-  bool probes_delay = true;  // the first proof, which measures the delay
-  double baseline_N = 0;     // the reported force upwards without a command
-  int unreported = 0;        // states in a row that do not report the commanded force
+  internal::HaplyProof proof{kProbe_N, kProofStates};
+  DeviceGate gate{kMostForce_N, options.ramp_s};
+  int unreported = 0;  // states in a row that do not report the commanded force
   bool had_position = false;
-  double opened_s = 0, state_s = 0, ramp_from_s = 0, asked_s = 0, sent_s = 0;
+  double opened_s = 0, state_s = 0, asked_s = 0, sent_s = 0;
   int unanswered = 0;   // messages whose answer is waited for
   bool awaits = false;  // no answer came since the message of asked_s
   Eigen::Vector3d sent_H = Eigen::Vector3d::Zero();
   Eigen::Vector3d aim_D = Eigen::Vector3d::Zero();  // of a simulated hand
 
   void say(const char* text) noexcept { advice.store(text, std::memory_order_relaxed); }
-
-  void begin(Phase next) noexcept {
-    phase = next;
-    phase_states = 0;
-  }
 
   internal::MakeStream connection() const {
     if (options.connect) return options.connect;
@@ -188,9 +177,9 @@ struct HaplyDevice::Impl {
   // As far as the device is ready: otherwise exchange() goes on with it.
   void prove() {
     const double until_s = link.time_s() + options.timeout_s;
-    while (phase != Phase::proven && state.status == DeviceStatus::homing && link.time_s() < until_s) {
+    while (!proof.isProven() && state.status == DeviceStatus::homing && link.time_s() < until_s) {
       step();
-      if (phase == Phase::waiting && reading.has_device) break;
+      if (proof.isWaiting() && reading.has_device) break;
     }
     if (state.status == DeviceStatus::fault) throw DeviceError(advice.load());
     limit();
@@ -255,7 +244,7 @@ struct HaplyDevice::Impl {
     const Eigen::Vector3d p_D = toD(reading.position_H - options.centre_H);
     if (had_position && (p_D - state.p_D).norm() > kMostSpeed_m_s * std::max(now_s - state_s, kJumpInterval_s)) {
       ++counters.jumps;
-      ramp_from_s = now_s;
+      gate.close(now_s);
     }
     had_position = true;
     state_s = now_s;
@@ -266,64 +255,40 @@ struct HaplyDevice::Impl {
     return true;
   }
 
-  // One exchange of the phases before `proven`.
+  // One exchange before the force is proven.
   void step() noexcept {
-    const bool probes = phase == Phase::with;
-    const bool has_state =
-        trade(probes ? Eigen::Vector3d(0, 0, kProbe_N) : Eigen::Vector3d::Zero(), link.time_s() + kAnswerTime_s);
+    const bool has_state = trade({0, 0, proof.force_N()}, link.time_s() + kAnswerTime_s);
     if (!check() || !has_state) return;
     const char* const obstacle = internal::obstacleOf(reading.status);
     if (*obstacle != '\0' || !had_position) {
       say(*obstacle != '\0' ? obstacle : "the Inverse3 reports no position: switch it off and on");
-      begin(Phase::waiting);
+      proof.wait();
       return;
     }
-    ++phase_states;
-    const double more_N = reading.force_H.z() - baseline_N;
-    switch (phase) {
-      case Phase::waiting:
+    using Found = internal::HaplyProof::Found;
+    switch (proof.take(reading.force_H.z())) {
+      case Found::nothing:
+        break;
+      case Found::begun:
         say("the driver tests the device's force: let the handle rest");
-        begin(Phase::before);
         break;
-      case Phase::before:
-        baseline_N = reading.force_H.z();
-        if (phase_states > 3) begin(Phase::with);
+      case Found::other_name:
+        dialect = dialect == HaplyDialect::vector ? HaplyDialect::values : HaplyDialect::vector;
         break;
-      case Phase::with:
-        if (more_N > 0.5 * kProbe_N && more_N < 1.5 * kProbe_N) {
-          if (probes_delay) transport.delay_states = std::min(phase_states - 1, 7);
-          probes_delay = false;
-          begin(Phase::after);
-        } else if (phase_states >= kProofStates) {
-          tryOther();
-        }
+      case Found::failed:
+        say("the Inverse3 does not report the force that it is sent: update the Haply Inverse Service, and close other "
+            "programs that use the device");
+        fail();
         break;
-      case Phase::after:
-        if (std::abs(more_N) < 0.5 * kProbe_N) {
-          begin(Phase::proven);
-          transport.dialect = toString(dialect);
-          tried = unreported = 0;
-          ramp_from_s = link.time_s();
-          state.status = DeviceStatus::ready;
-          say("");
-        } else if (phase_states >= kProofStates) {
-          tryOther();
-        }
-        break;
-      case Phase::proven:
+      case Found::proven:
+        transport.delay_states = proof.delay_states();
+        transport.dialect = toString(dialect);
+        unreported = 0;
+        gate.close(link.time_s());
+        state.status = DeviceStatus::ready;
+        say("");
         break;
     }
-  }
-
-  void tryOther() noexcept {
-    if (++tried >= 2) {
-      say("the Inverse3 does not report the force that it is sent: update the Haply Inverse Service, and close other "
-          "programs that use the device");
-      fail();
-      return;
-    }
-    dialect = dialect == HaplyDialect::vector ? HaplyDialect::values : HaplyDialect::vector;
-    begin(Phase::before);
   }
 
   // False if the session is over.
@@ -361,15 +326,7 @@ struct HaplyDevice::Impl {
 
   void render(const Wrench& wrench) noexcept {
     const double now_s = link.time_s();
-    const bool stale = now_s - state_s > kStale_s;
-    if (stale) ramp_from_s = now_s;
-    Eigen::Vector3d force_H = Eigen::Vector3d::Zero();
-    if (!stale) {
-      force_H = toH(finiteOrZero(wrench).force_N);
-      const double strength_N = lengthOf(force_H);
-      if (strength_N > kMostForce_N) force_H *= kMostForce_N / strength_N;
-      force_H *= std::clamp((now_s - ramp_from_s) / options.ramp_s, 0.0, 1.0);
-    }
+    const Eigen::Vector3d force_H = toH(gate.pass(wrench, now_s, state_s).force_N);
     const bool has_state = trade(force_H, now_s + kAnswerTime_s);
     if (!check() || !has_state) return;
     if (*internal::obstacleOf(reading.status) != '\0') {
@@ -384,8 +341,8 @@ struct HaplyDevice::Impl {
   // No force until the device is ready and has proven its force again.
   void stop() noexcept {
     state.status = DeviceStatus::homing;
-    begin(Phase::waiting);
-    tried = unreported = 0;
+    proof.restart();
+    unreported = 0;
     const char* const obstacle = internal::obstacleOf(reading.status);
     say(*obstacle != '\0' ? obstacle : "the Inverse3 no longer reports the force that it is sent");
     sendZeros(link.time_s() + kHaplyZero_s);
@@ -420,8 +377,9 @@ void HaplyDevice::open() {
   d.state = {};
   d.state.sent_N = Eigen::Vector3d::Zero();
   d.had_position = false;
-  d.unanswered = d.tried = d.unreported = 0;
-  d.probes_delay = true;
+  d.unanswered = d.unreported = 0;
+  d.proof.reset();
+  d.gate = DeviceGate(kMostForce_N, d.options.ramp_s);
   d.awaits = false;
   d.sent_H.setZero();
   try {
@@ -429,7 +387,6 @@ void HaplyDevice::open() {
     d.opened_s = d.state_s = d.asked_s = d.link.time_s();
     d.sent_s = d.opened_s - 1;
     d.state.status = DeviceStatus::homing;
-    d.begin(Impl::Phase::waiting);
     d.measure();
     d.prove();
   } catch (...) {
@@ -465,7 +422,7 @@ const HaplyTransport& HaplyDevice::transport() const noexcept { return impl_->tr
 DeviceState HaplyDevice::exchange(const Wrench& wrench) noexcept {
   Impl& d = *impl_;
   if (d.state.status != DeviceStatus::ready && d.state.status != DeviceStatus::homing) return d.state;
-  if (d.phase == Impl::Phase::proven)
+  if (d.proof.isProven())
     d.render(wrench);
   else
     d.step();

@@ -23,6 +23,7 @@
 // Nothing of this was tried on a real device: HARDWARE.md lists what is to be tested.
 #pragma once
 
+#include "device/device_gate.h"
 #include "device/haptic_device.h"
 #include "device/web_socket/byte_stream.h"
 
@@ -78,7 +79,7 @@ double haplyStiffness(double period_s, int delay_samples) noexcept;
 class HaplyDevice : public HapticDevice {
  public:
   static constexpr double kAnswerTime_s = 0.005;
-  static constexpr double kStale_s = 0.010;
+  static constexpr double kStale_s = DeviceGate::kStale_s;
   static constexpr double kLost_s = 0.25;
   static constexpr double kProbe_N = 0.02;
   static constexpr double kMostForce_N = 3;            // no source states the device's own limit

@@ -65,7 +65,7 @@ struct SimulatedHaply::Impl {
   std::vector<std::unique_ptr<Device>> devices;
   std::array<double, 4> orientation_H{1, 0, 0, 0};
   std::atomic<std::uint64_t> answers{0};
-  std::atomic<double> strongest_N{0};
+  std::atomic<double> strongest_N{0}, acting_N{0};
   double now_s = 0;
   std::optional<double> moved_s;  // the clock's time to which the hands have moved
 
@@ -165,6 +165,7 @@ struct SimulatedHaply::Impl {
     device.force_H = device.commanded_H[static_cast<std::size_t>(options.command_delay)];
     if (!renders) device.force_H.setZero();
     strongest_N = std::max(strongest_N.load(), device.force_H.norm());
+    if (&device == devices.front().get()) acting_N = device.force_H.norm();
     if (!options.clock) move(device);
   }
 
@@ -240,6 +241,7 @@ std::string SimulatedHaply::answer(std::string_view message) {
 }
 
 void SimulatedHaply::endSession() noexcept {
+  impl_->acting_N = 0;
   for (const auto& device : impl_->devices) {
     device->force_H.setZero();
     device->commanded_H.fill(Eigen::Vector3d::Zero());
@@ -263,6 +265,8 @@ const SimulatedHaplyOptions& SimulatedHaply::options() const noexcept { return i
 std::uint64_t SimulatedHaply::answers() const noexcept { return impl_->answers; }
 
 double SimulatedHaply::strongest_N() const noexcept { return impl_->strongest_N; }
+
+double SimulatedHaply::acting_N() const noexcept { return impl_->acting_N; }
 
 double& SimulatedHaply::now_s() noexcept { return impl_->now_s; }
 

@@ -95,6 +95,7 @@ class SimulatedHaply {
   double given_J(std::size_t index = 0) const;
   double most_step_J(std::size_t index = 0) const;
   double strongest_N() const noexcept;  // the largest force that ever acted, any thread
+  double acting_N() const noexcept;     // the size of the force that acts on the first device now, any thread
 
   // Makes connections within this thread: a read of an empty connection ends at its time, and time passes only in
   // reads, in sleeps, and by one period for each state. They must not outlive this object.

@@ -1,6 +1,6 @@
 #include "device/simulated/simulated_hand.h"
 
-#include "device/vector_length.h"
+#include "device/device_gate.h"
 
 #include <array>
 #include <cmath>
@@ -136,9 +136,9 @@ void SimulatedHand::close() noexcept { impl_->status = DeviceStatus::closed; }
 DeviceState SimulatedHand::exchange(const Wrench& wrench) noexcept {
   Impl& d = *impl_;
   if (d.status != DeviceStatus::ready) return d.state(Eigen::Vector3d::Zero());
-  Eigen::Vector3d force_N = finiteOrZero(wrench).force_N;
-  const double strength_N = lengthOf(force_N);
-  if (strength_N > d.options.peak_force_N) force_N *= d.options.peak_force_N / strength_N;
+  Wrench sent = finiteOrZero(wrench);
+  DeviceGate::shorten(sent, d.options.peak_force_N);
+  const Eigen::Vector3d& force_N = sent.force_N;
   const Eigen::Vector3d drive_N = d.options.hand.stiffness_N_m * d.target_D + d.delayed(force_N);
   const Eigen::Vector3d p_D = d.p_D;
   d.p_D = d.response(0, 0) * p_D + d.response(0, 1) * d.v_D + d.response(0, 2) * drive_N;

@@ -1,5 +1,6 @@
 #include "solver/force/force_gate.h"
 
+#include "device/device_gate.h"
 #include "solver/force/internal/option_check.h"
 
 #include <algorithm>
@@ -12,12 +13,6 @@ using Eigen::Vector3d;
 using internal::isNotNegative;
 using internal::isPositive;
 using internal::require;
-
-// The length, without overflow in between. Requires a finite vector.
-double finiteLength(const Vector3d& v) noexcept {
-  const double largest = v.cwiseAbs().maxCoeff();
-  return largest > 0 ? largest * (v / largest).norm() : 0.0;
-}
 
 }  // namespace
 
@@ -36,18 +31,13 @@ Wrench ForceGate::pass(const Input& input) noexcept {
   const double dt_s = input.dt_s > 0 && std::isfinite(input.dt_s) ? input.dt_s : 0.0;
   Wrench out = finiteOrZero(input.wanted);
   Vector3d& force_N = out.force_N;
-  double length_N = finiteLength(force_N), part_of_model = 1;
-  if (!std::isfinite(length_N)) return cut();
-  if (length_N > options_.max_force_N) {
-    ++events_.clamped;
-    part_of_model = options_.max_force_N / length_N;
-    force_N *= part_of_model;
-    length_N = options_.max_force_N;
-  }
+  if (!std::isfinite(lengthOf(force_N))) return cut();
+  if (DeviceGate::shorten(out, options_.max_force_N) < 1) ++events_.clamped;
+  const double length_N = std::min(lengthOf(force_N), options_.max_force_N);
 
   if (fading()) {
     const double part = partOf(dt_s);
-    const double left_N = std::min(part * finiteLength(fading_N_), finiteLength(sent_.force_N));
+    const double left_N = std::min(part * lengthOf(fading_N_), lengthOf(sent_.force_N));
     faded_s_ += dt_s;
     if (part > 0) {
       if (length_N > left_N) force_N *= left_N / length_N;
@@ -67,21 +57,17 @@ Wrench ForceGate::pass(const Input& input) noexcept {
     const double allowed_N = kept_N + options_.max_slew_N_s * dt_s + input.free_N;
     if (length_N > allowed_N) {
       ++events_.slewed;
-      force_N *= allowed_N / length_N;
-      part_of_model *= allowed_N / length_N;
+      DeviceGate::scale(out, allowed_N / length_N);
     }
   }
   slewed_N_ = force_N;
   if (ramp_begun_) ramped_s_ += dt_s;
   ramp_begun_ = true;
-  if (ramped_s_ < options_.ramp_s) {
-    const double part = ramped_s_ / options_.ramp_s;
-    force_N *= part;
+  const fb_ramp ramp{0, 1, options_.ramp_s};
+  if (const double part = fb_ramp_part(&ramp, ramped_s_); part < 1) {
+    DeviceGate::scale(out, part);
     out.torque_Nm *= part;
-    part_of_model *= part;
   }
-  out.model.stiffness_N_m *= part_of_model;
-  out.model.damping_Ns_m *= part_of_model;
   sent_ = out;
   return out;
 }
@@ -101,7 +87,7 @@ Wrench ForceGate::close() noexcept {
 
 void ForceGate::restart() noexcept {
   const Wrench last = sent_;
-  const double length_N = finiteLength(last.force_N);
+  const double length_N = lengthOf(last.force_N);
   close();
   sent_ = last;
   if (!(length_N > 0) || !(options_.fade_s > 0)) return;
@@ -112,7 +98,8 @@ void ForceGate::restart() noexcept {
 
 double ForceGate::partOf(double dt_s) const noexcept {
   const double dt = dt_s > 0 && std::isfinite(dt_s) ? dt_s : 0.0;
-  return std::max(0.0, 1 - (faded_s_ + dt) / fade_s_);
+  const fb_ramp fade{1, 0, fade_s_};
+  return fb_ramp_part(&fade, faded_s_ + dt);
 }
 
 Vector3d ForceGate::faded_N(double dt_s) const noexcept { return partOf(dt_s) * fading_N_; }

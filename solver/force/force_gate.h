@@ -1,8 +1,11 @@
-// Limits a computed force before it goes to the device. The *clamp* limits its size; the *slew limit* limits how fast
-// it grows; the *ramp* lets it grow from zero after a start; the *fade* lets it fall to zero before a jump or change of
-// mode. The force is zero if none may act. Ramp and fade scale the torque too; clamp and slew limit leave it. Clamp,
-// slew limit and ramp scale the local model as the force; during a fade there is none. The
-// result depends only on the inputs and on earlier calls: the gate uses neither a clock nor a device.
+// Limits a computed force before it goes to the device, in this order. The force is zero if none may act. The result
+// depends only on the inputs and on earlier calls: the gate uses neither a clock nor a device.
+//
+//   step   what it limits                                      force   torque  local model
+//   clamp  the size                                            scaled  as is   scaled
+//   fade   falls to zero before a jump or change of mode       scaled  scaled  none
+//   slew   how fast the force grows                            scaled  as is   scaled
+//   ramp   grows from zero after a start (force_ramp.h)        scaled  scaled  scaled
 //
 //   ForceGate gate(options);
 //   Wrench sent = gate.pass({.wanted = wrench, .dt_s = dt_s});     // once a tick

@@ -2,6 +2,8 @@
 
 #include <cerrno>
 #include <csignal>
+#include <cstddef>
+#include <sys/mman.h>
 #include <time.h>
 
 namespace filiform {
@@ -35,7 +37,34 @@ extern "C" void onStopSignal(int) {
   errno = old_errno;
 }
 
+class SignalStack {
+ public:
+  SignalStack() noexcept {
+    stack_t old{};
+    if (sigaltstack(nullptr, &old) != 0 || (old.ss_flags & SS_DISABLE) == 0) return;
+    stack_t mine{};
+    mine.ss_sp = mmap(nullptr, kBytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_STACK, -1, 0);
+    mine.ss_size = kBytes;
+    if (mine.ss_sp != MAP_FAILED && sigaltstack(&mine, nullptr) == 0) stack_ = mine.ss_sp;
+  }
+  ~SignalStack() {
+    if (stack_ == nullptr) return;
+    stack_t none{};
+    none.ss_flags = SS_DISABLE;
+    sigaltstack(&none, nullptr);
+    munmap(stack_, kBytes);
+  }
+  SignalStack(const SignalStack&) = delete;
+  SignalStack& operator=(const SignalStack&) = delete;
+
+ private:
+  static constexpr std::size_t kBytes = 64 * 1024;  // the registers alone may take 11 KiB
+  void* stack_ = nullptr;
+};
+
 }  // namespace
+
+void giveSignalStack() noexcept { thread_local const SignalStack stack; }
 
 void holdForces() noexcept {
   internal::ForceHolds& holds = internal::forceHolds();
@@ -49,15 +78,16 @@ void holdForces() noexcept {
 void releaseForces() noexcept { internal::forceHolds().wanted.fetch_sub(1); }
 
 void holdForcesOnSignals() {
+  giveSignalStack();
   struct sigaction action {};
   sigemptyset(&action.sa_mask);
   action.sa_handler = onDeadlySignal;
   // SA_NODEFER: the signal is not blocked while it is handled, so raising it again ends the process.
-  action.sa_flags = SA_NODEFER;
+  action.sa_flags = SA_NODEFER | SA_ONSTACK;
   for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGQUIT, SIGHUP})
     sigaction(signal, &action, nullptr);
   action.sa_handler = onStopSignal;
-  action.sa_flags = SA_RESTART;
+  action.sa_flags = SA_RESTART | SA_ONSTACK;
   sigaction(SIGTSTP, &action, nullptr);
 }
 

@@ -55,6 +55,7 @@ std::string lockMemory() {
 
 HapticLoop::HapticLoop(HapticDevice& device, Tick tick, const HapticLoopOptions& options)
     : device_(device), tick_(std::move(tick)), options_(options), metrics_(options.ring_ticks) {
+  device_fades_ = device.capabilities().renders_model;
   if (!(options.rate_Hz > 0 && std::isfinite(options.rate_Hz)))
     throw UsageError("the rate of the haptic loop must be finite and > 0 Hz");
   if (!(options.stall_s >= 0 && std::isfinite(options.stall_s)))
@@ -138,6 +139,7 @@ std::string HapticLoop::fault() const {
 }
 
 void HapticLoop::prepareThread(int priority, bool tell) {
+  giveSignalStack();
   touchStack();
   if (options_.lock_memory && tell) {
     const std::string refused = lockMemory();
@@ -191,7 +193,8 @@ void HapticLoop::guard() noexcept {
   while (!guard_stopping_.load(std::memory_order_acquire)) {
     sleepUntil(now_ns() + kGuardPeriod_ns);
     const bool wanted = holds.wanted.load(std::memory_order_acquire) > 0 && !stopping_.load(std::memory_order_acquire);
-    const bool stalled = running() && now_ns() - released_ns_.load(std::memory_order_relaxed) > stall_ns_;
+    const bool stalled =
+        !device_fades_ && running() && now_ns() - released_ns_.load(std::memory_order_relaxed) > stall_ns_;
     if (!held && (wanted || stalled)) {
       Holder nobody = Holder::nobody;
       if (!holder_.compare_exchange_strong(nobody, Holder::guard, std::memory_order_acquire)) continue;
@@ -227,6 +230,7 @@ void HapticLoop::loop() {
   const std::int64_t begin_ns = now_ns();
   std::int64_t due_ns = begin_ns, last_start_ns = begin_ns;
   LoopGate gate(gateOptions());
+  std::uint64_t guarded_before = guard_exchanges_.load(std::memory_order_relaxed);
   bool computed = false, ending = false;
   for (;;) {
     if (!ending && stopping_.load(std::memory_order_acquire)) {
@@ -238,12 +242,15 @@ void HapticLoop::loop() {
     takeDevice();
     LoopTick times;
     const std::int64_t start_ns = now_ns();
-    if (computed && stall_ns_ > 0 && start_ns - released_ns_.load(std::memory_order_relaxed) > stall_ns_) {
+    const std::uint64_t guarded = guard_exchanges_.load(std::memory_order_relaxed);
+    const bool late = !device_fades_ && start_ns - released_ns_.load(std::memory_order_relaxed) > stall_ns_;
+    if (computed && stall_ns_ > 0 && (late || guarded != guarded_before)) {
       times.interrupted = true;
       interruptions_.fetch_add(1, std::memory_order_relaxed);
       gate.interrupt();
     }
     computed = true;
+    guarded_before = guarded;
     if (!device_paces) times.wake_ns = start_ns - due_ns;
     times.start_ns = start_ns - begin_ns;
     times.period_ns = start_ns - last_start_ns;

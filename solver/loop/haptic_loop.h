@@ -17,6 +17,9 @@
 // grows from zero over ramp_s. The same happens after the whole process was stopped. Signal handlers can request zero
 // force from the guard (force_hold.h).
 //
+// A device with renders_model (a bridge) renders the local model of the last wrench for its time to live, and then lets
+// the force fade by itself. So the guard leaves it alone, a late wrench is sent, and the bridge alone ramps.
+//
 // One atomic word says which thread has the device. The haptic thread has the device only during an exchange; the guard
 // can take it between exchanges. So the haptic thread waits for the guard only if it comes back late while the guard
 // exchanges. The device's contract bounds the duration of an exchange (haptic_device.h).
@@ -123,6 +126,7 @@ class HapticLoop {
   std::atomic<Fault> fault_{Fault::none};
   std::atomic<std::uint64_t> ticks_{0}, stale_ticks_{0}, interruptions_{0}, guard_exchanges_{0};
   bool memory_locked_ = false;
+  bool device_fades_ = false;  // renders_model
 };
 
 }  // namespace filiform

@@ -17,7 +17,8 @@ constexpr int kMostRuns = 8;
 
 TEST(TransportSweep, RealSocketsGiveNoMoreEnergyThanTheBound) {
   const test::TempFolder folder;
-  for (const SweepTransport transport : {SweepTransport::seqpacket, SweepTransport::udp, SweepTransport::haply})
+  for (const SweepTransport transport :
+       {SweepTransport::seqpacket, SweepTransport::udp, SweepTransport::haply, SweepTransport::process})
     for (const double stiffness_N_m : {200.0, 3200.0}) {
       SweepCell cell;
       for (int run = 0; run < kMostRuns && cell.strongest_N <= 0.1; ++run) {
@@ -28,6 +29,16 @@ TEST(TransportSweep, RealSocketsGiveNoMoreEnergyThanTheBound) {
       EXPECT_GT(cell.strongest_N, 0.1) << toString(transport);
       EXPECT_GT(cell.exchanges, 50U) << toString(transport);
     }
+}
+
+TEST(TransportSweep, StallsGiveNoEnergyBeyondTheBound) {
+  const test::TempFolder folder;
+  for (const SweepTransport transport : {SweepTransport::seqpacket, SweepTransport::haply, SweepTransport::process}) {
+    SweepCell cell{.transport = transport, .stiffness_N_m = 800, .stalls = true};
+    runSweepCell(cell, 4, folder.path());
+    EXPECT_LE(cell.beyond_J, 1e-9) << toString(transport);
+    EXPECT_GT(cell.longest_gap_s, 0.012) << toString(transport);
+  }
 }
 
 TEST(EnergyMeter, CountsWhatIsBeyondTheSpring) {

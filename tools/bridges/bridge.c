@@ -23,6 +23,7 @@ enum { kMostPackets = 64, kPathBytes = 108 };     // packets a round: a flood mu
 static const int64_t kSilence_ns = 1000000000;    // over UDP, a master that is silent for so long has gone
 static const int64_t kStandstill_ns = 500000000;  // a servo thread that is silent for so long has ended
 static const int64_t kLastFrames_ns = 20000000;   // for a servo thread to write its last force
+static const int64_t kPatience_ns = 500000;       // exchange() waits so long for the next COMMAND
 static const double kVelocityTime_s = 0.005;      // of the low pass of an estimated velocity
 
 struct order {  // from the sockets to the servo
@@ -55,7 +56,9 @@ struct bridge {
   int has_peer;
   int64_t heard_ns;
   uint32_t sent, answers, undecoded;
-  int called, commanded;  // a CALL, a COMMAND wait for their answer
+  int called, commanded;         // a CALL, a COMMAND wait for their answer
+  int is_private;                // the master's socket was inherited: there will be no other
+  const char *advised, *spoken;  // the newest advice that was sent; what bridge_say() said last
 };
 
 static volatile sig_atomic_t stopped = 0;
@@ -174,6 +177,11 @@ static int bind_port(struct bridge* b, const char* address) {
 }
 
 static int listen_at(struct bridge* b, const char* address) {
+  if (address != NULL && strncmp(address, "fd:", 3) == 0) {
+    b->is_private = 1;
+    b->master = atoi(address + 3);
+    return fcntl(b->master, F_SETFD, FD_CLOEXEC) == 0 ? 0 : complain(strerror(errno), address);
+  }
   if (address != NULL && strncmp(address, "udp:", 4) == 0) return bind_port(b, address);
   if (address != NULL && address[0] != 0) {
     if (strlen(address) >= kPathBytes) return complain("is too long for a socket: at most 107 bytes", address);
@@ -342,7 +350,8 @@ static void estimate_velocity(struct fb_state* state, const double before_D[3], 
 
 void bridge_say(struct bridge* b, const char* text) { atomic_store(&b->said, text); }
 
-void bridge_step(struct bridge* b) {
+// Returns as read() does.
+static int read_and_write(struct bridge* b) {
   static const double none[3] = {0, 0, 0};
   const double before_D[3] = {b->state.p_D[0], b->state.p_D[1], b->state.p_D[2]};
   const int64_t before_ns = b->state.time_ns;
@@ -358,7 +367,22 @@ void bridge_step(struct bridge* b) {
   bridge_force_at(&b->force, s->p_D, s->v_D, s->time_ns, s->force_N);
   rendered = b->device->write(b->device->self, could < 0 || b->ended ? none : s->force_N);
   if (rendered <= 0) memcpy(s->force_N, none, sizeof none);
-  if (could < 0 || rendered < 0) b->lost = 1;
+  return rendered < 0 ? -1 : could;
+}
+
+static int exchange(struct bridge* b) {
+  double force_N[3];
+  int could;
+  bridge_force_at(&b->force, b->state.p_D, b->state.v_D, bridge_now_ns(), force_N);
+  could = b->device->exchange(b->device->self, force_N, &b->state);
+  if (could <= 0) bridge_force_end(&b->force, bridge_now_ns());
+  return could;
+}
+
+void bridge_step(struct bridge* b) {
+  struct fb_state* s = &b->state;
+  const int could = b->device->exchange != NULL ? exchange(b) : read_and_write(b);
+  if (could < 0) b->lost = 1;
   s->flags = (could > 0 ? FB_READY : 0) | (b->force.mode == BRIDGE_ARMED ? FB_ARMED : 0) |
              (b->force.mode == BRIDGE_FADING ? FB_FADING : 0) | (b->force.lowered ? FB_LOWERED : 0) |
              (b->lost ? FB_FAULT : 0);
@@ -366,7 +390,7 @@ void bridge_step(struct bridge* b) {
   latest_write(&b->states, s, sizeof *s);
   if (b->log != NULL) {
     const double* f = s->force_N;
-    fprintf(b->log, "%lld %lld %d %.9g %.9g %.9g %.9g\n", (long long)s->time_ns, (long long)b->command_ns,
+    fprintf(b->log, "%lld %lld %d %.9g %.9g %.9g %.9g\n", (long long)bridge_now_ns(), (long long)b->command_ns,
             b->force.mode, sqrt(f[0] * f[0] + f[1] * f[1] + f[2] * f[2]), s->p_D[0], s->p_D[1], s->p_D[2]);
   }
 }
@@ -375,6 +399,7 @@ static void answer(struct bridge* b) {
   const int socket_number = b->udp ? b->listener : b->master;
   const struct sockaddr_in* to = b->udp ? &b->peer : NULL;
   struct fb_packet packet;
+  const char* advice;
   if (socket_number < 0 || (b->udp && !b->has_peer)) return;
   memset(&packet, 0, sizeof packet);
   if (b->called) {
@@ -383,6 +408,16 @@ static void answer(struct bridge* b) {
     packet.is.hello.flags |= b->device->start != NULL ? FB_OWN_SERVO : 0;
     packet.is.hello.slew_N_s = b->force.limits.slew_N_s;
     send_packet(b, socket_number, to, &packet);
+    b->advised = NULL;
+  }
+  advice = b->device->advice != NULL ? b->device->advice(b->device->self) : b->spoken;
+  if (b->commanded && advice != NULL) {
+    if (advice != b->advised && (b->advised != NULL || advice[0] != 0)) {
+      packet.kind = FB_ADVICE;
+      snprintf(packet.is.text, FB_TEXT_BYTES, "%s", advice);
+      send_packet(b, socket_number, to, &packet);
+    }
+    b->advised = advice;
   }
   if (b->commanded) {
     packet.kind = FB_STATE;
@@ -396,6 +431,7 @@ static void answer(struct bridge* b) {
 
 static void print_said(struct bridge* b, const char* otherwise) {
   const char* const said = atomic_exchange(&b->said, NULL);
+  if (said != NULL) b->spoken = said;
   if (said != NULL || otherwise != NULL) complain(said != NULL ? said : otherwise, b->device->hello.name);
 }
 
@@ -411,7 +447,7 @@ static void take_state(struct bridge* b, int64_t now_ns) {
 static void serve(struct bridge* b) {
   const int64_t period_ns = b->device->start != NULL ? 10000000 : (int64_t)(1e9 / b->device->hello.rate_Hz);
   int64_t due_ns = bridge_now_ns();
-  while (!stopped && !b->lost) {
+  while (!stopped && !b->lost && (!b->is_private || b->master >= 0 || b->force.mode != BRIDGE_OFF)) {
     struct pollfd ready[2] = {{b->listener, POLLIN, 0}, {b->master, POLLIN, 0}};
     const int64_t wait_ns = due_ns - bridge_now_ns();
     const struct timespec wait = {0, wait_ns > 0 ? (long)wait_ns : 0};
@@ -427,10 +463,14 @@ static void serve(struct bridge* b) {
     }
     if (b->udp && b->has_peer && now_ns - b->heard_ns > kSilence_ns) drop_master(b, now_ns);
     // A command acts at once; without one the device's own rate goes on.
-    if (b->commanded || now_ns >= due_ns) take_state(b, now_ns);
-    answer(b);
+    const int acts = b->commanded || now_ns >= due_ns;
+    if (acts) take_state(b, now_ns);
     if (!b->lost) print_said(b, NULL);
-    if (now_ns >= due_ns) due_ns = now_ns - due_ns > period_ns ? now_ns + period_ns : due_ns + period_ns;
+    answer(b);
+    if (acts && b->device->exchange != NULL)
+      due_ns = bridge_now_ns() + kPatience_ns;
+    else if (now_ns >= due_ns)
+      due_ns = now_ns - due_ns > period_ns ? now_ns + period_ns : due_ns + period_ns;
   }
 }
 
@@ -477,7 +517,7 @@ int bridge_run(const struct bridge_device* device, const char* address) {
   if (device->start != NULL && device->start(device->self, &b) < 0) {
     b.lost = 1;
   } else {
-    printf("%s: use filiform's --device bridge:%s\n", device->hello.name, b.udp ? address : b.path);
+    if (!b.is_private) printf("%s: use filiform's --device bridge:%s\n", device->hello.name, b.udp ? address : b.path);
     fflush(stdout);
     serve(&b);
   }
@@ -485,12 +525,14 @@ int bridge_run(const struct bridge_device* device, const char* address) {
   if (device->stop != NULL) {
     nanosleep(&last_frames, NULL);
     device->stop(device->self);
+  } else if (device->exchange != NULL) {
+    device->exchange(device->self, none, &b.state);
   } else {
     device->write(device->self, none);
   }
   if (b.path[0] != 0) unlink(b.path);
   if (b.master >= 0) close(b.master);
-  close(b.listener);
+  if (b.listener >= 0) close(b.listener);
   if (b.log != NULL) fclose(b.log);
   print_said(&b, b.lost ? "the device was lost: connect it and start again" : NULL);
   return b.lost ? 3 : 0;

@@ -22,6 +22,11 @@ struct bridge_device {
   int (*read)(void* self, struct fb_state* state);
   // Renders the force (N) until the next call. Returns 1; 0: the device's force is off, so it renders zero; -1: lost.
   int (*write)(void* self, const double force_N[3]);
+  // Instead of read() and write(), for a device that waits for its next sample: renders the force (N) until the next
+  // call, waits, then sets the state as read() does, its time_ns and the force that was sent. NULL for other devices.
+  int (*exchange)(void* self, const double force_N[3], struct fb_state* state);
+  // Why the device is not ready, or was lost; "" for nothing. NULL for other devices.
+  const char* (*advice)(void* self);
   // For FB_IS_LED: the hand pulls towards this point (m). NULL for other devices.
   void (*lead)(void* self, const double aim_D[3]);
   // For a library that calls back in a thread of its own: begins calls of bridge_step(servo) from there, at rate_Hz.
@@ -37,8 +42,9 @@ void bridge_step(struct bridge* servo);
 void bridge_say(struct bridge* servo, const char* text);
 
 // Serves one master at a time until SIGINT or SIGTERM, or until the device is lost. `address`: the path of a socket,
-// udp:127.0.0.1:PORT, or NULL or "" for NAME.bridge in the folder of bridges. Prints a line with the address when it
-// listens. The last force written is zero. Returns the exit code of the program: 0; 2 for a wrong address or
+// udp:127.0.0.1:PORT, fd:N for a connected socket that was inherited, or NULL or "" for NAME.bridge in the folder of
+// bridges. Prints a line with the address when it listens. With fd:N it ends when its master has gone and the force has
+// faded. The last force written is zero. Returns the exit code of the program: 0; 2 for a wrong address or
 // description; 3 for an address that cannot be used, or a lost device. FILIFORM_BRIDGE_LOG names a file for the
 // rendered forces: rows of time_ns, time of the newest command (ns), mode (bridge_force.h), force (N), position x y z
 // (m).

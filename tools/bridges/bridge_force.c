@@ -36,30 +36,31 @@ void bridge_force_begin(struct bridge_force* force, double peak_force_N, double 
   force->limits.peak_force_N = peak_force_N;
   force->limits.max_stiffness_N_m = max_stiffness_N_m;
   force->limits.slew_N_s = 1000;
-  force->limits.ramp_ns = 500000000;
-  force->limits.fade_ns = 50000000;
+  force->limits.ramp_ns = FB_START_MS * (int64_t)1000000;
+  force->limits.fade_ns = FB_FADE_MS * (int64_t)1000000;
+  force->limits.resume_ns = FB_RESUME_MS * (int64_t)1000000;
 }
 
-// The part of the model that is rendered: grows over the ramp, falls over the fade.
-static double part_at(const struct bridge_force* force, int64_t now_ns) {
-  if (force->mode == BRIDGE_ARMED) {
-    const double part = (double)(now_ns - force->armed_ns) / (double)force->limits.ramp_ns;
-    return part < 1 ? part : 1;
-  }
-  if (force->mode == BRIDGE_FADING && now_ns < force->faded_ns)
-    return force->fade_from * (double)(force->faded_ns - now_ns) / (double)force->limits.fade_ns;
-  return 0;
+double bridge_force_part(const struct bridge_force* force, int64_t now_ns) {
+  return force->mode == BRIDGE_OFF ? 0 : fb_ramp_part(&force->ramp, (double)(now_ns - force->turned_ns));
 }
 
-static void fade_from(struct bridge_force* force, int64_t begin_ns) {
-  force->fade_from = part_at(force, begin_ns);
-  force->mode = BRIDGE_FADING;
-  force->faded_ns = begin_ns + force->limits.fade_ns;
+// Begins a ramp of the present part, with this slope.
+static void turn(struct bridge_force* force, int mode, double to, int64_t over_ns, int64_t now_ns) {
+  const double from = bridge_force_part(force, now_ns);
+  force->ramp.from = from;
+  force->ramp.to = to;
+  force->ramp.over = (double)over_ns * (mode == BRIDGE_ARMED ? to - from : 1);
+  force->turned_ns = now_ns;
+  force->mode = mode;
 }
 
 static void pass_time(struct bridge_force* force, int64_t now_ns) {
-  if (force->mode == BRIDGE_ARMED && now_ns >= force->expires_ns) fade_from(force, force->expires_ns);
-  if (force->mode == BRIDGE_FADING && now_ns >= force->faded_ns) force->mode = BRIDGE_OFF;
+  if (force->mode == BRIDGE_ARMED && now_ns >= force->expires_ns) {
+    turn(force, BRIDGE_FADING, 0, force->limits.fade_ns, force->expires_ns);
+    force->resumes = 1;
+  }
+  if (force->mode == BRIDGE_FADING && bridge_force_part(force, now_ns) <= 0) force->mode = BRIDGE_OFF;
 }
 
 int bridge_force_command(struct bridge_force* force, uint32_t seq, const struct fb_command* command, int ready,
@@ -74,11 +75,10 @@ int bridge_force_command(struct bridge_force* force, uint32_t seq, const struct 
   }
   if (force->seq != 0) force->lost += seq - force->seq - 1;
   force->seq = seq;
-  if (!ready || force->mode == BRIDGE_FADING || (force->mode == BRIDGE_OFF && (command->flags & FB_ARM) == 0)) return 0;
-  if (force->mode == BRIDGE_OFF) {
-    force->mode = BRIDGE_ARMED;
-    force->armed_ns = now_ns;
-  }
+  if (!ready || (force->mode == BRIDGE_FADING && !force->resumes)) return 0;
+  if (force->mode == BRIDGE_OFF && (command->flags & FB_ARM) == 0) return 0;
+  if (force->mode != BRIDGE_ARMED)
+    turn(force, BRIDGE_ARMED, 1, force->mode == BRIDGE_OFF ? force->limits.ramp_ns : force->limits.resume_ns, now_ns);
   force->command = *command;
   force->expires_ns = now_ns + 1000 * ttl_us;
   stiffest = greatest_stiffness(command->stiffness_N_m);
@@ -90,7 +90,8 @@ int bridge_force_command(struct bridge_force* force, uint32_t seq, const struct 
 
 void bridge_force_end(struct bridge_force* force, int64_t now_ns) {
   pass_time(force, now_ns);
-  if (force->mode == BRIDGE_ARMED) fade_from(force, now_ns);
+  if (force->mode == BRIDGE_ARMED) turn(force, BRIDGE_FADING, 0, force->limits.fade_ns, now_ns);
+  force->resumes = 0;
   force->seq = 0;
 }
 
@@ -101,7 +102,7 @@ void bridge_force_at(struct bridge_force* force, const double p_D[3], const doub
   double d[3], moved[3], far, part, size, allowed, kept = 0, dt_s;
   int i;
   pass_time(force, now_ns);
-  part = fb_finite(p_D, 3) && fb_finite(v_D, 3) ? part_at(force, now_ns) : 0;
+  part = fb_finite(p_D, 3) && fb_finite(v_D, 3) ? bridge_force_part(force, now_ns) : 0;
   for (i = 0; i < 3; ++i) {
     out_N[i] = 0;
     d[i] = p_D[i] - c->at_D[i];

@@ -153,7 +153,7 @@ void print(std::ostream& out, const std::string& device, const DeviceCapabilitie
 std::string fileOf(const std::string& device) {
   const std::size_t colon = device.find(':');
   const std::string kind = device.substr(0, colon);
-  if (kind == "falcon") return falconOptions(device.substr(6)).firmware;
+  if (kind == "falcon") return falconOptions(withoutDirect(device).substr(6)).firmware;
   return colon != std::string::npos && kind == "replay" ? device.substr(colon + 1) : "";
 }
 
@@ -273,7 +273,8 @@ int runDevices(const DevicesArguments& a) {
     const KeptTraffic kept(record.get(), recorder.get());
     std::unique_ptr<Output> report;
     if (!a.report.empty()) report = std::make_unique<Output>(a.report, OutputOptions{.cancel = &interruptFlag()});
-    const std::unique_ptr<HapticDevice> device = makeDevice(spec, {.usb = recorder.get()});
+    const std::unique_ptr<HapticDevice> device =
+        makeDevice(spec, {.direct = report != nullptr, .usb = recorder.get()});  // a report is of the driver itself
     DeviceCheckOptions options;
     options.tell = [](const std::string& text) { std::cerr << text << '\n'; };
     options.poll = [] { throwIfInterrupted(); };

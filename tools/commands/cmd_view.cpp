@@ -1,5 +1,6 @@
 // filiform view: travel through a scene in a window.
 #include "device/check/found_devices.h"
+#include "device/factory/device_factory.h"
 #include "index/errors.h"
 #include "index/ingest/memory_tiles.h"
 #include "index/input/input.h"
@@ -90,7 +91,7 @@ std::vector<NamedPath> namedInputs(const ViewArguments& a) {
   std::vector<NamedPath> inputs;
   for (const std::string& path : a.scene) inputs.push_back({"SCENE", path});
   for (const std::string_view kind : {"replay:", "falcon:"})
-    if (a.device.starts_with(kind)) inputs.push_back({"--device", a.device.substr(kind.size())});
+    if (a.device.starts_with(kind)) inputs.push_back({"--device", withoutDirect(a.device).substr(kind.size())});
   return inputs;
 }
 

@@ -127,12 +127,25 @@ TEST_F(BridgeForce, ShortensTheTimeToLive) {
   EXPECT_EQ(force.mode, BRIDGE_FADING) << "a longer time counts as 20 ms";
 }
 
+TEST_F(BridgeForce, GrowsAgainFromThePresentPartAfterAStall) {
+  for (const int ms : {12, 20, 30, 45, 69}) {
+    bridge_force_begin(&force, 8, 0);
+    force.limits.slew_N_s = 1e9;
+    seq = 0;
+    arm(pushing({0, 0, 3}));
+    now_ns += ms * kMs;
+    const double part = std::min(1.0, (70 - ms) / 50.0);
+    EXPECT_TRUE(command(pushing({0, 0, 3}, 0))) << "also without ARM";
+    for (int i = 0; i <= 60; ++i, now_ns += kMs) {
+      command(pushing({0, 0, 3}, 0));
+      EXPECT_NEAR(at().z(), 3 * std::min(1.0, part + i / 50.0), 1e-12) << ms << " ms, then " << i;
+    }
+  }
+}
+
 TEST_F(BridgeForce, RampsAgainAfterAnExpiry) {
   arm(pushing({0, 0, 3}));
-  now_ns += 30 * kMs;
-  EXPECT_FALSE(command(pushing({0, 0, 3}))) << "while the force fades";
-  EXPECT_NEAR(at().z(), 3 * 0.8, 1e-12) << "the fade goes on";
-  now_ns += 40 * kMs;
+  now_ns += 70 * kMs;
   EXPECT_FALSE(command(pushing({0, 0, 3}, 0))) << "only with ARM";
   EXPECT_EQ(at(), Vector3d::Zero());
   EXPECT_TRUE(command(pushing({0, 0, 3})));
@@ -156,6 +169,8 @@ TEST_F(BridgeForce, EndsWithItsMaster) {
   bridge_force_end(&force, now_ns);
   EXPECT_EQ(at(), Vector3d(0, 0, 3)) << "no step";
   now_ns += 25 * kMs;
+  EXPECT_NEAR(at().z(), 1.5, 1e-12);
+  EXPECT_FALSE(command(pushing({0, 0, 3}))) << "the fade goes on";
   EXPECT_NEAR(at().z(), 1.5, 1e-12);
   now_ns += 25 * kMs;
   EXPECT_EQ(at(), Vector3d::Zero()) << "50 ms after the end";
@@ -296,8 +311,10 @@ TEST_F(BridgeForce, GivesNoEnergyBeyondTheBound) {
     const auto stored_J = [&] { return stiffness_N_m * (p_D - centre_D).squaredNorm() / 2; };
     const int kept = 400 + static_cast<int>(random() % 400);  // ticks with commands
     double given_J = 0, bound_J = 0, last_part = 0, most_J = 0;
+    std::int64_t stalled_ns = 0;  // no command until then
     for (int i = 0; i < kept + 400; ++i, now_ns += period_ns) {
-      if (i < kept && i % 4 == 0) command(springTo(centre_D, p_D, stiffness_N_m, 10));
+      if (random() % 200 == 0) stalled_ns = now_ns + static_cast<std::int64_t>((12 + random() % 34) * kMs);
+      if (i < kept && i % 4 == 0 && now_ns >= stalled_ns) command(springTo(centre_D, p_D, stiffness_N_m, 10));
       const Vector3d f_N = at(p_D, v_D);
       const double extension_m = (centre_D - p_D).norm();
       const double part = extension_m > 0 ? f_N.norm() / (stiffness_N_m * extension_m) : last_part;

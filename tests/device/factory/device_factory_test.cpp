@@ -25,7 +25,8 @@ TEST(DeviceFactory, MakesEveryDeviceItOffers) {
     EXPECT_EQ(device->status(), DeviceStatus::closed);
   }
   EXPECT_NE(dynamic_cast<NullDevice*>(makeDevice("null").get()), nullptr);
-  for (const char* spec : {"falcon", "falcon:", "falcon:/no/such/file", "falcon,1-2", "falcon:/no/such/file,1-2"})
+  for (const char* spec : {"falcon,direct", "falcon:,direct", "falcon:/no/such/file,direct", "falcon,1-2,direct",
+                           "falcon:/no/such/file,1-2,direct"})
     EXPECT_NE(dynamic_cast<Falcon*>(makeDevice(spec).get()), nullptr) << spec;
 
   for (const char* spec : {"spacemouse", "spacemouse:1-2"}) {
@@ -37,8 +38,10 @@ TEST(DeviceFactory, MakesEveryDeviceItOffers) {
   for (const char* spec : {"gamepad", "gamepad:/dev/input/event7"})
     EXPECT_NE(dynamic_cast<Gamepad*>(makeDevice(spec).get()), nullptr) << spec;
 
-  for (const char* spec : {"haply", "haply,049D", "haply:localhost:10001", "haply:localhost:10001,049D"})
-    EXPECT_NE(dynamic_cast<HaplyDevice*>(makeDevice(spec).get()), nullptr) << spec;
+  for (const char* spec : {"haply", "haply,049D", "haply:localhost:10001", "haply:localhost:10001,049D"}) {
+    EXPECT_NE(dynamic_cast<HaplyDevice*>(makeDevice(spec, {.direct = true}).get()), nullptr) << spec;
+    EXPECT_NE(dynamic_cast<HaplyDevice*>(makeDevice(std::string(spec) + ",direct").get()), nullptr) << spec;
+  }
 
   const test::TempFolder folder;
   const std::string path = folder.file("with:colon.rec");

@@ -139,13 +139,28 @@ class MockDevice : public MockUsbDevice {
   static gboolean onIoctl(UMockdevIoctlBase*, UMockdevIoctlClient* client, gpointer self) {
     Answer answer;
     try {
-      answer = static_cast<MockDevice*>(self)->handle(umockdev_ioctl_client_get_request(client),
-                                                      umockdev_ioctl_client_get_arg(client));
+      auto& device = *static_cast<MockDevice*>(self);
+      const gulong request = umockdev_ioctl_client_get_request(client);
+      if (request == USBDEVFS_CLAIMINTERFACE || request == USBDEVFS_DISCONNECT_CLAIM) device.takeOver(client);
+      answer = device.handle(request, umockdev_ioctl_client_get_arg(client));
     } catch (const std::exception&) {
       answer = failed(EFAULT);
     }
     umockdev_ioctl_client_complete(client, answer.result, answer.error);
     return TRUE;
+  }
+
+  // umockdev does not tell when a program was killed: the next program that claims takes over, as after its end.
+  void takeOver(UMockdevIoctlClient* client) {
+    const std::lock_guard lock(mutex_);
+    if (claimer_ != nullptr && client != claimer_) {
+      std::erase_if(bound_, [](const auto& one) { return one.second == "usbfs"; });
+      flights_.clear();
+      packets_.clear();
+    }
+    g_object_ref(client);  // so that no later one has its address
+    if (claimer_ != nullptr) g_object_unref(claimer_);
+    claimer_ = client;
   }
 
   Answer handle(unsigned long request, UMockdevIoctlData* argument) {
@@ -269,6 +284,7 @@ class MockDevice : public MockUsbDevice {
   Write on_write_;
   Control on_control_;
   bool gone_ = false;
+  UMockdevIoctlClient* claimer_ = nullptr;
   std::map<std::uint8_t, std::string> bound_, detached_;
   std::map<std::uint8_t, std::deque<MockBytes>> packets_;
   std::list<Flight> flights_;

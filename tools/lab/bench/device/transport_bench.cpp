@@ -17,14 +17,14 @@ constexpr double kSoak_s = 1200;  // of each of the three transports
 void addCell(BenchTable& table, const SweepCell& cell) {
   table.rows.push_back({std::string(toString(cell.transport)), cell.stiffness_N_m, 1e3 * cell.period_s,
                         static_cast<std::int64_t>(cell.exchanges), static_cast<std::int64_t>(cell.unanswered),
-                        1e3 * cell.longest_gap_s, cell.strongest_N, cell.given_J, cell.beyond_J});
+                        1e3 * cell.longest_gap_s, cell.ramped_s, cell.strongest_N, cell.given_J, cell.beyond_J});
 }
 
 BenchTable cellTable(const std::string& name, const std::string& title) {
   return {name,
           title,
-          {"transport", "stiffness_N_m", "period_ms", "exchanges", "unanswered", "longest_gap_ms", "strongest_N",
-           "given_J", "beyond_J"},
+          {"transport", "stiffness_N_m", "period_ms", "exchanges", "unanswered", "longest_gap_ms", "ramped_s",
+           "strongest_N", "given_J", "beyond_J"},
           {},
           {"transport", "stiffness_N_m", "period_ms"}};
 }
@@ -45,7 +45,8 @@ BenchReport runTransports(const BenchOptions& options) {
     beyond_J = std::max(beyond_J, cell.beyond_J);
     addCell(table, cell);
   };
-  constexpr SweepTransport kAll[] = {SweepTransport::seqpacket, SweepTransport::udp, SweepTransport::haply};
+  constexpr SweepTransport kAll[] = {SweepTransport::seqpacket, SweepTransport::udp, SweepTransport::haply,
+                                     SweepTransport::process};
   for (const SweepTransport transport : kAll)
     for (const double stiffness_N_m : {50.0, 200.0, 800.0, 3200.0})
       for (const double period_s : {0.001, 0.002, 0.004}) {
@@ -53,6 +54,12 @@ BenchReport runTransports(const BenchOptions& options) {
         run({.transport = transport, .stiffness_N_m = stiffness_N_m, .period_s = period_s}, seconds, sweep);
       }
   report.tables.push_back(std::move(sweep));
+  BenchTable stalled = cellTable("stalls", "The same, with stalls of 12 to 45 ms, 976 in ten minutes");
+  const double stalled_s = options.quick ? 1 : options.long_run ? 600 : 20;
+  for (const SweepTransport transport : kAll)
+    for (const double stiffness_N_m : {200.0, 800.0})
+      run({.transport = transport, .stiffness_N_m = stiffness_N_m, .stalls = true}, stalled_s, stalled);
+  report.tables.push_back(std::move(stalled));
   if (options.long_run) {
     BenchTable soak = cellTable("soak", "The same for an hour");
     for (const SweepTransport transport : kAll)

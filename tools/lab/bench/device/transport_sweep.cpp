@@ -1,6 +1,8 @@
 #include "tools/lab/bench/device/transport_sweep.h"
 
 #include "device/bridge/bridge_device.h"
+#include "device/bridge/force_ramp.h"
+#include "device/factory/device_factory.h"
 #include "device/haply/haply_device.h"
 #include "device/haply/simulated_haply_server.h"
 #include "solver/force/force_law.h"
@@ -20,6 +22,7 @@
 #include <netinet/in.h>
 #include <new>
 #include <optional>
+#include <random>
 #include <stdexcept>
 #include <sys/mman.h>
 #include <sys/socket.h>
@@ -38,6 +41,7 @@ constexpr double kMass_kg = 0.15, kDamping_Ns_m = 0.5, kPull_N_m = 60;  // vibra
 constexpr double kStep_s = 1e-4;                                        // of its integration
 constexpr double kRest_s = 1.5;
 constexpr double kMost_N = 8;
+constexpr double kStalls_per_s = 976.0 / 600, kShortest_s = 0.012, kLongest_s = 0.045;
 
 double inSeconds(Clock::duration time) { return std::chrono::duration<double>(time).count(); }
 
@@ -126,6 +130,14 @@ std::string freeUdpAddress() {
   return "udp:127.0.0.1:" + std::to_string(ntohs(at.sin_port));
 }
 
+// The time on fades and ramps that a pause (s) of the commands causes, by the rules of device/BRIDGE.md.
+double rampedAfter(double pause_s) {
+  constexpr double kLive_s = 0.02, kFade_s = 0.05, kStart_s = 0.5;
+  static_assert(FB_TTL_US == 20000 && FB_FADE_MS == 50 && FB_RESUME_MS == 50 && FB_START_MS == 500);
+  const double faded_s = std::max(0.0, pause_s - kLive_s);
+  return faded_s < kFade_s ? 2 * faded_s : faded_s + kStart_s;
+}
+
 // The loop of filiform's side: law, controller and model, once a period.
 void travelFor(HapticDevice& device, SweepCell& cell, double for_s, const std::function<bool()>& stop,
                const PassivityOptions& passivity) {
@@ -140,9 +152,17 @@ void travelFor(HapticDevice& device, SweepCell& cell, double for_s, const std::f
   double last_s = state.time_s;
   const Clock::time_point begin = Clock::now();
   Clock::time_point due = begin;
+  std::mt19937_64 random(1);
+  std::exponential_distribution<double> between_s(kStalls_per_s);
+  std::uniform_real_distribution<double> long_s(kShortest_s, kLongest_s);
+  double stall_s = cell.stalls ? EnergyMeter::kBegin_s + between_s(random) : for_s;
   while (inSeconds(Clock::now() - begin) < for_s && !(stop && stop())) {
     due += std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(cell.period_s));
     std::this_thread::sleep_until(due);
+    if (inSeconds(Clock::now() - begin) > stall_s) {
+      std::this_thread::sleep_for(std::chrono::duration<double>(long_s(random)));
+      stall_s += between_s(random);
+    }
     due = std::max(due, Clock::now() - std::chrono::milliseconds(1));  // late ticks are skipped
     state = device.exchange(wrench);
     if (state.status == DeviceStatus::fault) throw std::runtime_error("sweep: the device was lost");
@@ -151,6 +171,7 @@ void travelFor(HapticDevice& device, SweepCell& cell, double for_s, const std::f
     last_s = state.time_s;
     cell.longest_gap_s = std::max(cell.longest_gap_s, dt_s);
     cell.unanswered += dt_s == 0;
+    if (device.capabilities().renders_model) cell.ramped_s += rampedAfter(dt_s);
     wrench = {};
     if (state.status != DeviceStatus::ready) {
       law.release();
@@ -208,17 +229,22 @@ void runHaplyCell(SweepCell& cell, double for_s, const std::function<bool()>& st
   };
   SimulatedHaply service(simulated);
   std::optional<SimulatedHaplyServer> server(std::in_place, service);
-  HaplyOptions options;
-  options.port = server->port();
-  options.most_rate_Hz = 1 / cell.period_s;
-  HaplyDevice haply(options);
-  haply.open();
-  for (int i = 0; i < 20'000 && haply.status() != DeviceStatus::ready; ++i) haply.exchange({});
-  if (haply.status() != DeviceStatus::ready)
-    throw std::runtime_error(std::string("sweep: not ready: ") + haply.advice());
-  const PassivityOptions passivity = passivityOf(haply.capabilities());
-  travelFor(haply, cell, for_s, stop, passivity);
-  haply.close();
+  std::unique_ptr<HapticDevice> haply;
+  if (cell.transport == SweepTransport::process) {
+    haply = makeDevice("haply:127.0.0.1:" + std::to_string(server->port()), {.period_s = cell.period_s});
+  } else {
+    HaplyOptions options;
+    options.port = server->port();
+    options.most_rate_Hz = 1 / cell.period_s;
+    haply = std::make_unique<HaplyDevice>(options);
+  }
+  haply->open();
+  for (int i = 0; i < 20'000 && haply->status() != DeviceStatus::ready; ++i) haply->exchange({});
+  if (haply->status() != DeviceStatus::ready)
+    throw std::runtime_error(std::string("sweep: not ready: ") + haply->advice());
+  const PassivityOptions passivity = passivityOf(haply->capabilities());
+  travelFor(*haply, cell, for_s, stop, passivity);
+  haply->close();
   server.reset();  // its thread has ended
   judge(cell, meter, passivity);
 }
@@ -226,12 +252,13 @@ void runHaplyCell(SweepCell& cell, double for_s, const std::function<bool()>& st
 }  // namespace
 
 const char* toString(SweepTransport transport) {
-  return transport == SweepTransport::seqpacket ? "seqpacket" : transport == SweepTransport::udp ? "UDP" : "Haply";
+  constexpr const char* kNames[] = {"seqpacket", "UDP", "Haply", "Haply, process"};
+  return kNames[static_cast<int>(transport)];
 }
 
 void runSweepCell(SweepCell& cell, double for_s, const std::string& folder, const std::function<bool()>& stop) {
   const double whole_s = for_s + EnergyMeter::kBegin_s;
-  if (cell.transport == SweepTransport::haply)
+  if (cell.transport == SweepTransport::haply || cell.transport == SweepTransport::process)
     runHaplyCell(cell, whole_s, stop);
   else
     runBridgeCell(cell, whole_s, folder, stop);

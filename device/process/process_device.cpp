@@ -1,0 +1,302 @@
+#include "device/process/process_device.h"
+
+#include "device/bridge/bridge_device.h"
+
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <csignal>
+#include <cstring>
+#include <fcntl.h>
+#include <mutex>
+#include <optional>
+#include <poll.h>
+#include <spawn.h>
+#include <sys/eventfd.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <thread>
+#include <unistd.h>
+#include <utility>
+#include <vector>
+
+extern char** environ;
+
+namespace filiform {
+
+namespace {
+
+constexpr const char* kProgram = "filiform-device";
+constexpr int kChildSocket = 3;
+constexpr double kOpening_s = 15;  // of a device: loading a Falcon's firmware takes 3 s
+constexpr int kEnd_ms = 500, kRescue_ms = 1000, kRescues = 3;
+
+struct Descriptor {
+  int number = -1;
+  Descriptor() = default;
+  explicit Descriptor(int of) : number(of) {}
+  Descriptor(Descriptor&& other) noexcept : number(std::exchange(other.number, -1)) {}
+  Descriptor& operator=(Descriptor&& other) noexcept {
+    std::swap(number, other.number);
+    return *this;
+  }
+  ~Descriptor() {
+    if (number >= 0) ::close(number);
+  }
+};
+
+// The path beside the running program, or the bare name, which PATH then resolves.
+std::string programPath() {
+  std::array<char, 4096> self{};
+  const ssize_t size = ::readlink("/proc/self/exe", self.data(), self.size() - 1);
+  const std::string path(self.data(), size > 0 ? static_cast<std::size_t>(size) : 0);
+  const std::string beside = path.substr(0, path.rfind('/') + 1) + kProgram;
+  return ::access(beside.c_str(), X_OK) == 0 ? beside : kProgram;
+}
+
+// A started process. What it prints comes through a pipe, whose end is the end of the process.
+struct Child {
+  pid_t id = -1;
+  Descriptor output;
+};
+
+}  // namespace
+
+struct ProcessDevice::Impl {
+  ProcessDeviceOptions options;
+  std::mutex mutex;  // of what follows; never taken by exchange()
+  Child child;
+  bool watched = false;  // the end of the child is a death
+  std::atomic<int> process_id{-1};
+  std::atomic<std::uint64_t> begun{0}, zeroed{0};
+  std::array<char, 512> last_words{};  // of a process that died: set before `said`, and never again
+  std::atomic<bool> said{false};
+  std::atomic<bool> lost{false}, ends{false};
+  Descriptor wake{::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)};
+  std::optional<BridgeDevice> bridge;
+  std::thread watcher;
+
+  Child start(std::vector<std::string> words, int socket) {
+    int ends_of[2];
+    if (::pipe2(ends_of, O_CLOEXEC) != 0) throw DeviceError(std::string("no pipe: ") + std::strerror(errno));
+    Child started;
+    started.output = Descriptor(ends_of[0]);
+    const Descriptor written(ends_of[1]);
+    ::fcntl(started.output.number, F_SETFL, O_NONBLOCK);
+    words.insert(words.begin(), options.program.empty() ? programPath() : options.program);
+    std::vector<char*> arguments;
+    for (std::string& word : words) arguments.push_back(word.data());
+    arguments.push_back(nullptr);
+    posix_spawn_file_actions_t actions;
+    posix_spawnattr_t attributes;
+    ::posix_spawn_file_actions_init(&actions);
+    ::posix_spawnattr_init(&attributes);
+    ::posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
+    ::posix_spawn_file_actions_adddup2(&actions, written.number, 1);
+    ::posix_spawn_file_actions_adddup2(&actions, written.number, 2);
+    if (socket >= 0) ::posix_spawn_file_actions_adddup2(&actions, socket, kChildSocket);
+    ::posix_spawn_file_actions_addclosefrom_np(&actions, kChildSocket + 1);
+    // A session of its own: Ctrl-C and Ctrl-Z in a terminal are for the program, which ends the process.
+    sigset_t all, none;
+    sigfillset(&all);
+    sigdelset(&all, SIGKILL);
+    sigdelset(&all, SIGSTOP);
+    sigemptyset(&none);
+    ::posix_spawnattr_setsigdefault(&attributes, &all);
+    ::posix_spawnattr_setsigmask(&attributes, &none);
+    ::posix_spawnattr_setflags(&attributes,
+                               static_cast<short>(POSIX_SPAWN_SETSID | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETSIGMASK));
+    const int error =
+        ::posix_spawnp(&started.id, words.front().c_str(), &actions, &attributes, arguments.data(), environ);
+    ::posix_spawn_file_actions_destroy(&actions);
+    ::posix_spawnattr_destroy(&attributes);
+    if (error != 0)
+      throw DeviceError(std::string("the program filiform-device, which drives ") + options.device +
+                        ", cannot be started (" + std::strerror(error) +
+                        "): install it beside filiform, or give --device " + options.device +
+                        ",direct: the last force may then stay if filiform is killed");
+    return started;
+  }
+
+  // Called by the bridge's connect(), by the owner's thread.
+  int connect() {
+    int pair[2];
+    if (::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, pair) != 0)
+      throw DeviceError(std::string("no socket: ") + std::strerror(errno));
+    Descriptor mine(pair[0]);
+    const Descriptor theirs(pair[1]);
+    ::fcntl(mine.number, F_SETFL, O_NONBLOCK);
+    const std::lock_guard lock(mutex);
+    end();
+    child = start({options.device, "fd:" + std::to_string(kChildSocket)}, theirs.number);
+    process_id = child.id;
+    return std::exchange(mine.number, -1);
+  }
+
+  // Waits until the child's output ends. Returns the last line; nullopt: it still runs after that time.
+  static std::optional<std::string> outputOf(const Child& of, int within_ms) {
+    std::string text;
+    std::array<char, 512> part;
+    for (pollfd ready{of.output.number, POLLIN, 0};;) {
+      if (::poll(&ready, 1, within_ms) <= 0) return std::nullopt;
+      const ssize_t size = ::read(of.output.number, part.data(), part.size());
+      if (size == 0) break;
+      if (size > 0) text.append(part.data(), static_cast<std::size_t>(size));
+    }
+    while (!text.empty() && text.back() == '\n') text.pop_back();
+    text.erase(0, text.rfind('\n') + 1);
+    const std::string prefix = std::string(kProgram) + ": ";
+    return text.starts_with(prefix) ? text.substr(prefix.size()) : text;
+  }
+
+  // Kills the child if it still runs. Returns whether it was killed.
+  bool reap(bool ended) noexcept {
+    if (child.id < 0) return false;
+    if (!ended) ::kill(child.id, SIGKILL);
+    int status = 0;
+    ::waitpid(child.id, &status, 0);
+    const bool by_signal = WIFSIGNALED(status);
+    child = {};
+    process_id = -1;
+    watched = false;
+    return !ended || by_signal;
+  }
+
+  // Opens the device in another process, which sends zero and ends; again if the device cannot be opened yet.
+  void rescue() noexcept {
+    begun.fetch_add(1);
+    for (int i = 0; i < kRescues; ++i) {
+      int status = -1;
+      try {
+        child = start({"--zero", options.device}, -1);
+        if (!outputOf(child, kRescue_ms)) ::kill(child.id, SIGKILL);
+        ::waitpid(child.id, &status, 0);
+      } catch (const std::exception&) {
+        // The next attempt may succeed.
+      }
+      child = {};
+      if (WIFEXITED(status) && WEXITSTATUS(status) == 0) {
+        zeroed.fetch_add(1);
+        return;
+      }
+    }
+  }
+
+  // The child has closed its socket or was asked to. A child that hangs is killed, and the device sent zero.
+  void end() noexcept {
+    if (child.id < 0) return;
+    watched = false;
+    const std::optional<std::string> words = outputOf(child, kEnd_ms);
+    if (reap(words.has_value())) rescue();
+  }
+
+  void say(const std::string& words) noexcept {
+    if (words.empty() || said) return;
+    std::strncpy(last_words.data(), words.c_str(), last_words.size() - 1);
+    said.store(true, std::memory_order_release);
+  }
+
+  void watch() noexcept {
+    while (!ends) {
+      int output = -1;
+      {
+        const std::lock_guard lock(mutex);
+        if (watched) output = child.output.number;
+      }
+      std::array<pollfd, 2> ready{pollfd{wake.number, POLLIN, 0}, pollfd{output, 0, 0}};  // POLLHUP alone
+      ::poll(ready.data(), ready.size(), -1);
+      std::uint64_t count = 0;
+      (void)!::read(wake.number, &count, sizeof count);
+      const std::lock_guard lock(mutex);
+      if (!watched || child.output.number != output) continue;
+      const bool ended = (ready[1].revents & (POLLHUP | POLLERR)) != 0;
+      if (!ended && !lost) continue;
+      if (ended) say(outputOf(child, 0).value_or(""));
+      reap(ended);
+      rescue();
+    }
+  }
+
+  void rouse() noexcept {
+    const std::uint64_t one = 1;
+    (void)!::write(wake.number, &one, sizeof one);
+  }
+
+  void setWatched() {
+    const std::lock_guard lock(mutex);
+    watched = child.id >= 0;
+    lost = false;
+    rouse();
+  }
+
+  // Runs what connects. If it fails, the driver's own words are the reason.
+  template <class Connects>
+  void connected(const Connects& connects) {
+    try {
+      connects();
+      setWatched();
+    } catch (const DeviceError&) {
+      const std::lock_guard lock(mutex);
+      const std::optional<std::string> words = child.id >= 0 ? outputOf(child, 200) : std::nullopt;
+      if (child.id >= 0) reap(words.has_value());
+      if (words && !words->empty()) throw DeviceError(*words);
+      throw;
+    }
+  }
+};
+
+ProcessDevice::ProcessDevice(ProcessDeviceOptions options) : impl_(std::make_unique<Impl>()) {
+  Impl& d = *impl_;
+  d.options = std::move(options);
+  BridgeOptions bridge;
+  bridge.address = d.options.device;
+  bridge.period_s = d.options.period_s;
+  bridge.silence_s = kSilence_s;
+  bridge.connect_s = kOpening_s;
+  bridge.connect = [&d] { return d.connect(); };
+  d.connected([&] { d.bridge.emplace(bridge); });
+  d.watcher = std::thread([&d] { d.watch(); });
+}
+
+ProcessDevice::~ProcessDevice() {
+  close();
+  impl_->ends = true;
+  impl_->rouse();
+  if (impl_->watcher.joinable()) impl_->watcher.join();
+}
+
+const DeviceCapabilities& ProcessDevice::capabilities() const { return impl_->bridge->capabilities(); }
+
+DeviceStatus ProcessDevice::status() const noexcept { return impl_->bridge->status(); }
+
+void ProcessDevice::open() {
+  impl_->connected([this] { impl_->bridge->open(); });
+}
+
+void ProcessDevice::close() noexcept {
+  {
+    const std::lock_guard lock(impl_->mutex);
+    impl_->watched = false;
+  }
+  impl_->bridge->close();
+  const std::lock_guard lock(impl_->mutex);
+  impl_->end();
+}
+
+DeviceState ProcessDevice::exchange(const Wrench& wrench) noexcept {
+  const DeviceState state = impl_->bridge->exchange(wrench);
+  if (state.status == DeviceStatus::fault && !impl_->lost.exchange(true)) impl_->rouse();
+  return state;
+}
+
+void ProcessDevice::lead(const Eigen::Vector3d& target_D) noexcept { impl_->bridge->lead(target_D); }
+
+const char* ProcessDevice::advice() const noexcept {
+  return impl_->said.load(std::memory_order_acquire) ? impl_->last_words.data() : impl_->bridge->advice();
+}
+
+int ProcessDevice::processId() const noexcept { return impl_->process_id; }
+
+ProcessRescues ProcessDevice::rescues() const noexcept { return {impl_->begun, impl_->zeroed}; }
+
+}  // namespace filiform

@@ -1,0 +1,56 @@
+// ProcessDevice: a device whose driver runs in a process of its own, `filiform-device`, behind a private socket.
+//
+// If this program dies or stops, the device process lets the force fade (device/BRIDGE.md): zero 70 ms after the last
+// command. If the device process dies, or its driver does not answer for kSilence_s, a thread of this object kills it,
+// opens the device again and sends zero (device/README.md, "Zero force"). The status is then fault; open() starts
+// again. Thread rule: as HapticDevice.
+#pragma once
+
+#include "device/haptic_device.h"
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+namespace filiform {
+
+struct ProcessDeviceOptions {
+  std::string device;     // as makeDevice() takes it, without ",direct"
+  std::string program{};  // of the device process; empty: filiform-device beside this program, or else in PATH
+  double period_s = 0.001;
+};
+
+struct ProcessRescues {      // of device processes that died or did not answer
+  std::uint64_t begun = 0;   // killed, if they still ran
+  std::uint64_t zeroed = 0;  // the device was opened again and took zero
+};
+
+class ProcessDevice : public HapticDevice {
+ public:
+  static constexpr double kSilence_s = 0.1;
+
+  // Starts the process, which opens the device: so capabilities are known before open(). Throws DeviceError, with the
+  // driver's reason, if the device cannot be opened; also if the program is not there.
+  explicit ProcessDevice(ProcessDeviceOptions options);
+  ~ProcessDevice() override;
+
+  const DeviceCapabilities& capabilities() const override;
+  DeviceStatus status() const noexcept override;
+  // Starts the process again after a fault. Throws as the constructor does.
+  void open() override;
+  // Sends zero, and waits at most 0.5 s for the process to end.
+  void close() noexcept override;
+  // As BridgeDevice::exchange(). Waits for the device's next sample, at most 2 ms.
+  DeviceState exchange(const Wrench& wrench) noexcept override;
+  void lead(const Eigen::Vector3d& target_D) noexcept override;
+  const char* advice() const noexcept override;
+
+  int processId() const noexcept;           // of the device process; -1: none runs
+  ProcessRescues rescues() const noexcept;  // any thread
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace filiform
