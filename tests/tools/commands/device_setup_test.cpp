@@ -84,7 +84,8 @@ TEST(DeviceSetup, EachMistakeGetsOneLine) {
   EXPECT_EQ(std::count(saved->begin(), saved->end(), ButtonAction::zoom_in), 1) << setup.out;
   std::ofstream(buttonsFile()) << "{";
   const Outcome damaged = runFiliform({"devices", "--setup"}, "\n\n\n");
-  EXPECT_EQ(damaged.exit_code, 2);
+  EXPECT_TRUE(damaged.oneLineOnStderr()) << damaged.err;
+  EXPECT_EQ(damaged.exit_code, 1);
   EXPECT_NE(damaged.err.find("buttons.json: is damaged: remove it, then run filiform devices --setup again\n"),
             std::string::npos)
       << damaged.err;
