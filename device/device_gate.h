@@ -9,7 +9,7 @@
 // Times are of one steady clock. Thread rule: haptic thread only.
 #pragma once
 
-#include "device/bridge/force_ramp.h"
+#include "device/force_ramp.h"
 #include "device/haptic_device.h"
 #include "device/vector_length.h"
 

@@ -26,38 +26,38 @@ namespace filiform {
 
 namespace {
 
-constexpr const char* kProgram = "filiform-device";
+constexpr const char* kDeviceProgram = "filiform-device";
 constexpr int kChildSocket = 3;
 constexpr double kOpening_s = 15;  // of a device: loading a Falcon's firmware takes 3 s
 constexpr int kEnd_ms = 500, kRescue_ms = 1000, kRescues = 3;
 
-struct Descriptor {
+struct OwnedEnd {
   int number = -1;
-  Descriptor() = default;
-  explicit Descriptor(int of) : number(of) {}
-  Descriptor(Descriptor&& other) noexcept : number(std::exchange(other.number, -1)) {}
-  Descriptor& operator=(Descriptor&& other) noexcept {
+  OwnedEnd() = default;
+  explicit OwnedEnd(int of) : number(of) {}
+  OwnedEnd(OwnedEnd&& other) noexcept : number(std::exchange(other.number, -1)) {}
+  OwnedEnd& operator=(OwnedEnd&& other) noexcept {
     std::swap(number, other.number);
     return *this;
   }
-  ~Descriptor() {
+  ~OwnedEnd() {
     if (number >= 0) ::close(number);
   }
 };
 
 // The path beside the running program, or the bare name, which PATH then resolves.
-std::string programPath() {
+std::string deviceProgramPath() {
   std::array<char, 4096> self{};
   const ssize_t size = ::readlink("/proc/self/exe", self.data(), self.size() - 1);
   const std::string path(self.data(), size > 0 ? static_cast<std::size_t>(size) : 0);
-  const std::string beside = path.substr(0, path.rfind('/') + 1) + kProgram;
-  return ::access(beside.c_str(), X_OK) == 0 ? beside : kProgram;
+  const std::string beside = path.substr(0, path.rfind('/') + 1) + kDeviceProgram;
+  return ::access(beside.c_str(), X_OK) == 0 ? beside : kDeviceProgram;
 }
 
 // A started process. What it prints comes through a pipe, whose end is the end of the process.
 struct Child {
   pid_t id = -1;
-  Descriptor output;
+  OwnedEnd output;
 };
 
 }  // namespace
@@ -69,10 +69,12 @@ struct ProcessDevice::Impl {
   bool watched = false;  // the end of the child is a death
   std::atomic<int> process_id{-1};
   std::atomic<std::uint64_t> begun{0}, zeroed{0};
-  std::array<char, 512> last_words{};  // of a process that died: set before `said`, and never again
-  std::atomic<bool> said{false};
+  // Last lines of processes that died, by turns: readers on other threads hold pointers to them.
+  std::array<std::array<char, 512>, 4> spoken{};
+  std::size_t deaths = 0;
+  std::atomic<const char*> last_words{""};
   std::atomic<bool> lost{false}, ends{false};
-  Descriptor wake{::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)};
+  OwnedEnd wake{::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)};
   std::optional<BridgeDevice> bridge;
   std::thread watcher;
 
@@ -80,10 +82,10 @@ struct ProcessDevice::Impl {
     int ends_of[2];
     if (::pipe2(ends_of, O_CLOEXEC) != 0) throw DeviceError(std::string("no pipe: ") + std::strerror(errno));
     Child started;
-    started.output = Descriptor(ends_of[0]);
-    const Descriptor written(ends_of[1]);
+    started.output = OwnedEnd(ends_of[0]);
+    const OwnedEnd written(ends_of[1]);
     ::fcntl(started.output.number, F_SETFL, O_NONBLOCK);
-    words.insert(words.begin(), options.program.empty() ? programPath() : options.program);
+    words.insert(words.begin(), options.program.empty() ? deviceProgramPath() : options.program);
     std::vector<char*> arguments;
     for (std::string& word : words) arguments.push_back(word.data());
     arguments.push_back(nullptr);
@@ -123,8 +125,8 @@ struct ProcessDevice::Impl {
     int pair[2];
     if (::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, pair) != 0)
       throw DeviceError(std::string("no socket: ") + std::strerror(errno));
-    Descriptor mine(pair[0]);
-    const Descriptor theirs(pair[1]);
+    OwnedEnd mine(pair[0]);
+    const OwnedEnd theirs(pair[1]);
     ::fcntl(mine.number, F_SETFL, O_NONBLOCK);
     const std::lock_guard lock(mutex);
     end();
@@ -145,7 +147,7 @@ struct ProcessDevice::Impl {
     }
     while (!text.empty() && text.back() == '\n') text.pop_back();
     text.erase(0, text.rfind('\n') + 1);
-    const std::string prefix = std::string(kProgram) + ": ";
+    const std::string prefix = std::string(kDeviceProgram) + ": ";
     return text.starts_with(prefix) ? text.substr(prefix.size()) : text;
   }
 
@@ -190,10 +192,10 @@ struct ProcessDevice::Impl {
     if (reap(words.has_value())) rescue();
   }
 
-  void say(const std::string& words) noexcept {
-    if (words.empty() || said) return;
-    std::strncpy(last_words.data(), words.c_str(), last_words.size() - 1);
-    said.store(true, std::memory_order_release);
+  void say(const std::string& said) noexcept {
+    auto& place = spoken[deaths++ % spoken.size()];
+    std::strncpy(place.data(), said.c_str(), place.size() - 1);
+    last_words.store(place.data(), std::memory_order_release);
   }
 
   void watch() noexcept {
@@ -226,6 +228,7 @@ struct ProcessDevice::Impl {
     const std::lock_guard lock(mutex);
     watched = child.id >= 0;
     lost = false;
+    last_words = "";
     rouse();
   }
 
@@ -292,7 +295,9 @@ DeviceState ProcessDevice::exchange(const Wrench& wrench) noexcept {
 void ProcessDevice::lead(const Eigen::Vector3d& target_D) noexcept { impl_->bridge->lead(target_D); }
 
 const char* ProcessDevice::advice() const noexcept {
-  return impl_->said.load(std::memory_order_acquire) ? impl_->last_words.data() : impl_->bridge->advice();
+  if (const char* const last = impl_->last_words.load(std::memory_order_acquire); *last != '\0') return last;
+  const char* const own = impl_->bridge->advice();
+  return *own == '\0' && impl_->lost ? "the process that drives the device ended or did not answer" : own;
 }
 
 int ProcessDevice::processId() const noexcept { return impl_->process_id; }

@@ -12,7 +12,7 @@
 #pragma once
 
 #include "device/bridge/bridge_protocol.h"
-#include "device/bridge/force_ramp.h"
+#include "device/force_ramp.h"
 
 #ifdef __cplusplus
 extern "C" {

@@ -100,13 +100,14 @@ int main(int argc, char** argv) {
   const bool zero = argc == 3 && std::strcmp(argv[1], "--zero") == 0;
   const std::string device = argc > 1 ? argv[zero ? 2 : 1] : "";
   if (argc < 2 || argc > 3 || !isHeld(device)) {
-    std::fprintf(stderr,
+    const bool help = argc == 2 && std::strcmp(argv[1], "--help") == 0;
+    std::fprintf(help ? stdout : stderr,
                  "usage: filiform-device DEVICE [PATH | udp:127.0.0.1:PORT]\n"
                  "       filiform-device --zero DEVICE\n"
                  "Hold a device that renders force and offer it as a bridge. filiform starts this program itself.\n"
                  "DEVICE: falcon[:FIRMWARE], haply[:HOST:PORT][,ID], or null to measure the transport.\n"
                  "--zero: open the device, send zero force and close it.\n");
-    return argc == 2 && std::strcmp(argv[1], "--help") == 0 ? 0 : 2;
+    return help ? 0 : 2;
   }
   std::signal(SIGPIPE, SIG_IGN);  // filiform, which reads what is printed, may be dead
   try {

@@ -46,6 +46,7 @@ TEST(ProcessDevice, AProcessThatDiesOrHangsIsAnsweredWithZeroAndStartedAgain) {
     ++deaths;
     EXPECT_TRUE(soon([&] { return device.rescues().zeroed == deaths; })) << signal;
     EXPECT_EQ(device.rescues().begun, deaths) << signal;
+    EXPECT_STRNE(device.advice(), "");
   }
   device.open();
   EXPECT_TRUE(soon([&] { return device.exchange({}).status == DeviceStatus::ready; }));

@@ -81,7 +81,10 @@ class SharedLog {
 
 class LoggingDevice : public HapticDevice {
  public:
-  LoggingDevice(SentLog& log, bool paces) : log_(log) { capabilities_.paces_loop = paces; }
+  LoggingDevice(SentLog& log, bool paces, bool renders_model = false) : log_(log) {
+    capabilities_.paces_loop = paces;
+    capabilities_.renders_model = renders_model;
+  }
   const DeviceCapabilities& capabilities() const override { return capabilities_; }
   DeviceStatus status() const noexcept override { return DeviceStatus::ready; }
   void open() override {}
@@ -154,6 +157,43 @@ TEST(HapticLoop, TheGuardSendsZeroWhileATickBlocksAndTheForceComesBackByTheRamp)
       }
       if (zero_seen) last_N = force_N;
     }
+  }
+}
+
+// Such a device lets the force fade by itself, and ramps by itself.
+TEST(HapticLoop, ADeviceThatRendersTheModelIsLeftAloneWhileATickBlocks) {
+  for (const bool paces : {false, true}) {
+    SharedLog log;
+    LoggingDevice device(*log, paces, true);
+    std::atomic<bool> block{false}, blocked{false};
+    HapticLoop loop(
+        device,
+        [&](const DeviceState&, double) {
+          if (block.exchange(false)) {
+            blocked = true;
+            std::this_thread::sleep_for(60ms);
+          }
+          return push(1);
+        },
+        rampOf(0.05));
+    loop.start();
+    ASSERT_TRUE(soon([&] { return log->last_N() == 1; }));
+    const std::size_t before = log->count;
+    block = true;
+    ASSERT_TRUE(soon([&] { return blocked && log->count > before + 20; }));
+    for (std::size_t i = before; i < before + 20; ++i) EXPECT_EQ(log->sent[i].force_N, 1);
+    EXPECT_EQ(loop.guard_exchanges(), 0u);
+    EXPECT_EQ(loop.interruptions(), 0u);
+    holdForces();  // the guard still answers signals, and the force then grows from zero
+    EXPECT_EQ(log->last_N(), 0);
+    const std::size_t held = log->count;
+    releaseForces();
+    ASSERT_TRUE(soon([&] { return log->last_N() == 1; }));
+    bool grew = false;
+    for (std::size_t i = held; i < log->count; ++i)
+      grew = grew || (log->sent[i].force_N > 0 && log->sent[i].force_N < 1);
+    EXPECT_TRUE(grew);
+    loop.stop();
   }
 }
 
@@ -272,6 +312,12 @@ TEST(HapticLoop, StoppingWhileForcesAreHeldEnds) {
   EXPECT_EQ(log->last_N(), 0);
 }
 
+[[gnu::noinline]] int overflow(int depth) {
+  volatile char page[4096];
+  page[0] = static_cast<char>(depth);
+  return depth < 0 ? 0 : overflow(depth + 1) + page[0];
+}
+
 // Forks a child that runs a loop until its force is whole, then calls `what` there.
 pid_t loopInChild(SentLog& log, bool paces, const std::function<void(std::atomic<bool>& crash_in_tick)>& what) {
   const pid_t child = fork();
@@ -307,6 +353,14 @@ TEST(HapticLoop, ACrashSendsZeroBeforeTheProcessDies) {
   for (const bool paces : {false, true})
     for (const Case& one : {Case{SIGSEGV, paces, [](std::atomic<bool>& crash) { crash = true; }},
                             Case{SIGABRT, paces, [](std::atomic<bool>&) { std::abort(); }},
+                            Case{SIGSEGV, paces, [](std::atomic<bool>&) { overflow(0); }},
+                            Case{SIGSEGV, paces,
+                                 [](std::atomic<bool>&) {
+                                   std::thread([] {
+                                     giveSignalStack();
+                                     overflow(0);
+                                   }).join();
+                                 }},
                             Case{SIGHUP, paces, [](std::atomic<bool>&) { std::raise(SIGHUP); }}}) {
       SharedLog log;
       const pid_t child = loopInChild(*log, one.paces, one.what);

@@ -16,14 +16,15 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr std::int64_t kStep_ns = 250'000, kTick_ns = 1'000'000;  // of the bridge, of filiform's loop
-constexpr double kMost_N = 8, kMass_kg = 0.15, kDamping_Ns_m = 5.5, kPull_N_m = 200;  // a medium hand
-constexpr double kReach_m = 0.03, kSwing_Hz = 1.3, kRest_s = 1.5;
+constexpr std::int64_t kBridgeStep_ns = 250'000, kLoopTick_ns = 1'000'000;  // of the bridge, of filiform's loop
+constexpr double kStalledPeak_N = 8, kSwungMass_kg = 0.15, kSwungDamping_Ns_m = 5.5,
+                 kSwungPull_N_m = 200;  // a medium hand
+constexpr double kSwungReach_m = 0.03, kSwung_Hz = 1.3, kSwungRest_s = 1.5;
 
-Vector3d targetAt(double time_s) {
-  const double angle = 2 * M_PI * kSwing_Hz * time_s;
-  const double part = std::clamp((time_s - kRest_s) / (EnergyMeter::kBegin_s - kRest_s), 0.0, 1.0);
-  return part * kReach_m * Vector3d(std::sin(angle), std::sin(0.7 * angle), std::cos(angle));
+Vector3d swungTo(double time_s) {
+  const double angle = 2 * M_PI * kSwung_Hz * time_s;
+  const double part = std::clamp((time_s - kSwungRest_s) / (EnergyMeter::kBegin_s - kSwungRest_s), 0.0, 1.0);
+  return part * kSwungReach_m * Vector3d(std::sin(angle), std::sin(0.7 * angle), std::cos(angle));
 }
 
 fb_command commandOf(const Wrench& wrench) {
@@ -57,26 +58,27 @@ std::vector<std::pair<std::int64_t, std::int64_t>> drawStalls(const StallRun& ru
 void runStalls(StallRun& run) {
   ForceLawOptions options;
   options.stiffness_N_m = run.stiffness_N_m;
-  options.max_force_N = kMost_N;
+  options.max_force_N = kStalledPeak_N;
   options.passivity.on = true;
   options.passivity.delay_samples = 1;
   ForceLaw law(options);
   SpringModel spring;
   bridge_force bridge;
-  bridge_force_begin(&bridge, kMost_N, 0);
-  EnergyMeter meter(run.stiffness_N_m, kMost_N, options.passivity.power_W);
+  bridge_force_begin(&bridge, kStalledPeak_N, 0);
+  EnergyMeter meter(run.stiffness_N_m, kStalledPeak_N, options.passivity.power_W);
   const auto stalls = drawStalls(run);
   auto stall = stalls.begin();
   Wrench wrench;
-  Vector3d p_D = Vector3d::Zero(), v_D = Vector3d::Zero(), force_N = Vector3d::Zero(), last_N = force_N;
+  Vector3d p_D = Vector3d::Zero(), v_D = Vector3d::Zero(), force_N = Vector3d::Zero();
+  double last_N = 0, way_m = 0;
   std::uint32_t seq = 0;
   std::int64_t ticked_ns = 0, longest_ns = 0;
   const auto end_ns = static_cast<std::int64_t>(1e9 * run.seconds);
-  for (std::int64_t now_ns = kStep_ns; now_ns < end_ns; now_ns += kStep_ns) {
+  for (std::int64_t now_ns = kBridgeStep_ns; now_ns < end_ns; now_ns += kBridgeStep_ns) {
     const double now_s = 1e-9 * static_cast<double>(now_ns);
     while (stall != stalls.end() && now_ns >= stall->second) ++stall;
     const bool stalled = stall != stalls.end() && now_ns >= stall->first;
-    const bool ticks = now_ns - ticked_ns >= kTick_ns && !stalled;
+    const bool ticks = now_ns - ticked_ns >= kLoopTick_ns && !stalled;
     if (ticks) {
       const fb_command command = commandOf(wrench);
       bridge_force_command(&bridge, ++seq, &command, 1, now_ns);
@@ -90,21 +92,24 @@ void runStalls(StallRun& run) {
       longest_ns = std::max(longest_ns, now_ns - ticked_ns);
       ticked_ns = now_ns;
     }
-    const double dt_s = 1e-9 * kStep_ns;
-    v_D += dt_s * (force_N + kPull_N_m * (targetAt(now_s) - p_D) - kDamping_Ns_m * v_D) / kMass_kg;
+    const double dt_s = 1e-9 * kBridgeStep_ns;
+    v_D += dt_s * (force_N + kSwungPull_N_m * (swungTo(now_s) - p_D) - kSwungDamping_Ns_m * v_D) / kSwungMass_kg;
     const Vector3d dx_D = dt_s * v_D;
     p_D += dx_D;
     meter.step(now_s, force_N, dx_D, p_D);
     if (now_s >= EnergyMeter::kBegin_s) {
       if (bridge_force_part(&bridge, now_ns) < 1) run.ramped_s += dt_s;
-      run.largest_step_N = std::max(run.largest_step_N, (force_N - last_N).norm());
+      run.largest_rise_N = std::max(run.largest_rise_N, force_N.norm() - last_N - run.stiffness_N_m * way_m);
+      run.largest_fall_N = std::max(run.largest_fall_N, last_N - force_N.norm());
     }
-    last_N = force_N;
+    last_N = force_N.norm();
+    way_m = dx_D.norm();
   }
   run.strongest_N = meter.strongest_N();
-  const double way_m = meter.longestWay_m(1e-9 * static_cast<double>(longest_ns + kTick_ns));
+  const double longest_m = meter.longestWay_m(1e-9 * static_cast<double>(longest_ns + kLoopTick_ns));
   const int delay = options.passivity.delay_samples;
-  run.beyond_J = std::max(0.0, meter.excess_J() - options.passivity.energy_J - (delay + 1) * run.strongest_N * way_m);
+  run.beyond_J =
+      std::max(0.0, meter.excess_J() - options.passivity.energy_J - (delay + 1) * run.strongest_N * longest_m);
 }
 
 }  // namespace filiform::tools

@@ -14,7 +14,8 @@ struct StallRun {
   // Found, after 2 s:
   double ramped_s = 0;  // with a part of the force only, or none
   double strongest_N = 0;
-  double largest_step_N = 0;  // between two steps of the bridge, 0.25 ms apart
+  double largest_rise_N = 0;  // in a step of the bridge, 0.25 ms, beyond what the hand's own way adds
+  double largest_fall_N = 0;  // in such a step: a fall is never delayed
   double beyond_J = 0;        // energy beyond the bound of solver/FORCES.md
 };
 

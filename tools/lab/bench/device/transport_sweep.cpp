@@ -1,8 +1,8 @@
 #include "tools/lab/bench/device/transport_sweep.h"
 
 #include "device/bridge/bridge_device.h"
-#include "device/bridge/force_ramp.h"
 #include "device/factory/device_factory.h"
+#include "device/force_ramp.h"
 #include "device/haply/haply_device.h"
 #include "device/haply/simulated_haply_server.h"
 #include "solver/force/force_law.h"
