@@ -13,9 +13,8 @@
 namespace filiform {
 namespace {
 
-using enum ButtonAction;
-
 TEST(ButtonMap, IsReadFromTextAndWritten) {
+  using enum ButtonAction;
   const ButtonMap map = parseButtons("0=mode,1=turn,2=zoom-in,7=mode-turn");
   EXPECT_EQ(map, (ButtonMap{toggle_mode, turn, zoom_in, none, none, none, none, mode_turn}));
   EXPECT_EQ(buttonsText(map), "0=mode,1=turn,2=zoom-in,7=mode-turn");
@@ -33,6 +32,7 @@ TEST(ButtonMap, WrongTextIsRefusedInOneLine) {
 }
 
 TEST(ButtonMap, EachNumberOfButtonsReachesTheClutchAndBothZooms) {
+  using enum ButtonAction;
   for (int buttons = 1; buttons <= 8; ++buttons) {
     DeviceCapabilities can;
     can.buttons = buttons;
@@ -47,6 +47,7 @@ TEST(ButtonMap, EachNumberOfButtonsReachesTheClutchAndBothZooms) {
 }
 
 TEST(ButtonMap, AButtonThatTheDeviceLacksIsRefused) {
+  using enum ButtonAction;
   DeviceCapabilities can;
   can.name = "a grip";
   const auto refusal = [&] { return test::whatOf<UsageError>([&] { requireButtons({none, turn}, can); }); };
@@ -58,6 +59,7 @@ TEST(ButtonMap, AButtonThatTheDeviceLacksIsRefused) {
 }
 
 TEST(ButtonMap, IsSavedForEachDevice) {
+  using enum ButtonAction;
   const test::TempFolder folder;
   const test::Variable config("XDG_CONFIG_HOME", folder.path());
   EXPECT_EQ(savedButtons("a"), std::nullopt);
@@ -70,6 +72,7 @@ TEST(ButtonMap, IsSavedForEachDevice) {
 }
 
 TEST(ButtonMap, ADamagedFileIsRefusedInOneLine) {
+  using enum ButtonAction;
   const test::TempFolder folder;
   const test::Variable config("XDG_CONFIG_HOME", folder.path());
   saveButtons("a", {turn});
