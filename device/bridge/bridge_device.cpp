@@ -188,7 +188,7 @@ struct BridgeDevice::Impl {
   std::array<std::array<char, FB_TEXT_BYTES>, kMostAdvice> advices{};
   std::size_t advice_count = 0;
   std::atomic<const char*> advice{""};
-  bool is_open = false, has_state = false, is_gone = false;
+  bool is_open = false, has_state = false, is_gone = false, has_servo = false;
 
   bool send(fb_packet& packet) noexcept {
     unsigned char bytes[FB_COOKIE_BYTES + FB_MOST_BYTES];
@@ -341,6 +341,7 @@ struct BridgeDevice::Impl {
     asked_ns = 0;
     const fb_hello hello = call();
     capabilities = capabilitiesOf(hello, where);
+    has_servo = (hello.flags & FB_OWN_SERVO) != 0;
     if (!options.connect) capabilities.name += " (bridge)";
     measure();
   }
@@ -396,7 +397,9 @@ struct BridgeDevice::Impl {
       lowerFor(std::clamp(2 * ages_s[late], 0.0, options.answer_s));
       return;
     }
-    capabilities.delay_samples = std::max(1, static_cast<int>(std::min(8.0, std::ceil(late_s / options.period_s))));
+    const double servo_s = has_servo ? 1 / capabilities.nominal_rate_Hz : 0;
+    const auto periods = [this](double time_s) { return std::ceil(time_s / options.period_s - 1e-9); };
+    capabilities.delay_samples = static_cast<int>(std::min(8.0, std::max(1.0, periods(late_s)) + periods(servo_s)));
   }
 
   // The process between driver and program makes each period `hop_s` longer: lowers the device's limit of stiffness as

@@ -35,6 +35,7 @@ enum {
   FB_IS_LED = 4,             // a simulated hand: it pulls towards fb_command.aim_D
   FB_PACES = 8,              // a STATE comes with the device's next sample; filiform needs no clock of its own
   FB_HOMES = 16,             // the device needs homing
+  FB_OWN_SERVO = 32,         // the device's own thread renders: a COMMAND acts from its next period on
   FB_DELAY_SHIFT = 8         // bits 8 to 11: samples from a force to its effect in the state
 };
 // fb_state.flags

@@ -18,6 +18,7 @@ struct DeviceCheckOptions {
   double force_N = 0.5;                     // peak, along each axis in turn; not used if the device renders no force
   double ramp_s = 1;                        // duration of the ramp, up and down
   double most_moved_m = 0.025;              // the force ends if the hand moves farther
+  bool directions = false;                  // also asks the person to push the handle: device_setup.h
   std::optional<DeviceWalkOptions> walk{};  // also walks through DeviceWalk
   std::function<void(const std::string&)> tell{};  // receives instructions for the user
   std::function<void()> poll{};                    // called every few milliseconds; an exception from it ends the test
@@ -33,6 +34,7 @@ struct DeviceCheck {
   double force_N = 0;                                 // largest force rendered; 0: the device renders none
   Eigen::Vector3d moved_m = Eigen::Vector3d::Zero();  // motion of the hand under the force, along x, y, z
   bool stopped = false;                               // the force ended because the hand moved too far
+  std::string wrong_direction{};                      // with DeviceCheckOptions::directions; empty: none
   std::vector<std::string> refusals;                  // see HapticLoop
   std::optional<DeviceWalkFound> walk;                // with DeviceCheckOptions::walk
 };

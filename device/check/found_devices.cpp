@@ -28,6 +28,8 @@ std::vector<FoundDevice> devicesOf(const HaplyServiceState& service) {
     device.info.product_name = one.id;
     device.state = one.state;
     device.remedy = one.remedy;
+    for (const auto& [name, value] : one.settings)
+      device.settings += (device.settings.empty() ? "" : ", ") + name + ' ' + value;
     if (device.remedy.empty() && one.in_use) device.remedy = "another program uses it: forces of all programs add up";
     found.push_back(std::move(device));
   }
@@ -66,6 +68,10 @@ std::vector<FoundDevice> findDevices(UsbTransport& transport) {
     }
     found.push_back(std::move(device));
   }
+  const auto isFalcon = [](const FoundDevice& device) { return device.device == "falcon"; };
+  if (std::count_if(found.begin(), found.end(), isFalcon) > 1)
+    for (FoundDevice& device : found)
+      if (isFalcon(device)) device.device += "," + device.info.bus_path;
   return found;
 }
 
@@ -111,13 +117,16 @@ bool isPluggedIn(UsbTransport& transport, const std::string& spec) {
       return pad.may_open && (device == "gamepad" || device == "gamepad:" + pad.path);
     });
   }
-  // "falcon:FIRMWARE" is a "falcon"; "spacemouse" matches any "spacemouse:1-2".
-  const auto names = [&device](const std::string& found) {
-    return device == found || device.starts_with(found + ":") || found.starts_with(device + ":");
-  };
   const std::vector<FoundDevice> found = findDevices(transport);
-  return std::any_of(found.begin(), found.end(),
-                     [&](const FoundDevice& one) { return one.info.may_open && names(one.device); });
+  const bool is_falcon = device == "falcon" || device.starts_with("falcon:") || device.starts_with("falcon,");
+  const std::string socket = is_falcon ? falconOptions(device.substr(6)).bus_path : "";
+  return std::any_of(found.begin(), found.end(), [&](const FoundDevice& one) {
+    if (!one.info.may_open) return false;
+    if (is_falcon)
+      return one.device.starts_with("falcon") &&
+             (socket.empty() || socket == one.info.bus_path || socket == one.info.serial);
+    return device == one.device || one.device.starts_with(device + ":");  // "spacemouse" is any "spacemouse:1-2"
+  });
 }
 
 }  // namespace filiform::tools

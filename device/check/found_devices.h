@@ -15,7 +15,8 @@ struct FoundDevice {
   UsbDeviceInfo info;  // of a USB device; of a Haply device or gamepad the name alone, of a bridge empty
   // "ready", "no_permission", "no_firmware"; of a Haply device as in HaplyServiceState; of a bridge also "not_running"
   std::string state;
-  std::string remedy;  // empty if ready
+  std::string remedy;      // empty if ready
+  std::string settings{};  // of a Haply device: as its service states them; empty: none
 };
 
 // The plugged-in devices that this build has a driver for, by bus path. Opens none. Throws as UsbTransport::devices().

@@ -14,7 +14,8 @@
 namespace filiform {
 
 const char* deviceChoices() {
-  return "sim:loose|medium|firm, replay:FILE, null, falcon[:FIRMWARE][,direct], spacemouse[:SOCKET], gamepad[:NODE], "
+  return "sim:loose|medium|firm, replay:FILE, null, falcon[:FIRMWARE][,SOCKET][,direct], spacemouse[:SOCKET], "
+         "gamepad[:NODE], "
          "haply[:HOST:PORT][,ID][,direct], bridge[:PATH|udp:HOST:PORT]";
 }
 
@@ -25,8 +26,8 @@ std::string withoutDirect(const std::string& spec) {
 
 std::unique_ptr<HapticDevice> makeDevice(const std::string& given, const DeviceFactoryOptions& options) {
   const std::string direct = withoutDirect(given);
-  const bool renders = direct == "falcon" || direct.starts_with("falcon:") || direct == "haply" ||
-                       direct.starts_with("haply:") || direct.starts_with("haply,");
+  const bool renders = direct == "falcon" || direct.starts_with("falcon:") || direct.starts_with("falcon,") ||
+                       direct == "haply" || direct.starts_with("haply:") || direct.starts_with("haply,");
   const std::string& spec = renders ? direct : given;
   const std::size_t colon = spec.find(':');
   const std::string kind = spec.substr(0, colon);
@@ -48,11 +49,8 @@ std::unique_ptr<HapticDevice> makeDevice(const std::string& given, const DeviceF
     return std::make_unique<ReplayDevice>(argument);
   }
   if (spec == "null") return std::make_unique<NullDevice>(options.period_s);
-  if (kind == "falcon") {
-    FalconOptions falcon;
-    falcon.firmware = argument;
-    return std::make_unique<Falcon>(usb, falcon);
-  }
+  if (kind == "falcon" || spec.starts_with("falcon,"))
+    return std::make_unique<Falcon>(usb, falconOptions(spec.substr(6)));
   if (kind == "spacemouse") {
     SpaceMouseOptions mouse;
     mouse.bus_path = argument;

@@ -23,7 +23,7 @@ struct DeviceFactoryOptions {
 //   sim:loose, sim:medium, sim:firm   a SimulatedHand, which its owner steers; "sim" means medium
 //   replay:FILE                       a recording; the file is read and checked here
 //   null                              a NullDevice
-//   falcon, falcon:FIRMWARE           a Novint Falcon over USB
+//   falcon, falcon:FIRMWARE,SOCKET    a Novint Falcon over USB; of several, the one in USB socket SOCKET
 //   spacemouse, spacemouse:1-2        the first 3Dconnexion mouse, or the one in USB socket 1-2
 //   haply, haply:HOST:PORT, haply,ID  a Haply Inverse3, through the Haply Inverse Service here or there
 //   bridge:PATH, bridge:udp:HOST:PORT the device behind a bridge; "bridge" alone: the only bridge. Connects here

@@ -46,11 +46,25 @@ Falcon::Falcon(UsbTransport& transport, FalconOptions options)
 
 Falcon::~Falcon() { close(); }
 
+FalconOptions falconOptions(const std::string& argument) {
+  FalconOptions options;
+  const std::size_t comma = argument.rfind(',');
+  options.firmware = argument.substr(0, comma);
+  if (options.firmware.starts_with(':')) options.firmware.erase(0, 1);
+  if (comma != std::string::npos) options.bus_path = argument.substr(comma + 1);
+  return options;
+}
+
 UsbDeviceInfo Falcon::find() const {
+  std::vector<UsbDeviceInfo> found;
   for (UsbDeviceInfo& info : transport_.devices())
     if (info.vendor == kFalconVendor && info.product == kFalconProduct &&
-        (options_.bus_path.empty() || info.bus_path == options_.bus_path))
-      return info;
+        (options_.bus_path.empty() || info.bus_path == options_.bus_path || info.serial == options_.bus_path))
+      found.push_back(std::move(info));
+  if (found.size() == 1) return found.front();
+  if (found.size() > 1)
+    throw DeviceError("several Falcons are plugged in: name one by its USB socket, as in falcon," +
+                      found.front().bus_path + " or falcon," + found.back().bus_path);
   throw DeviceError("no Novint Falcon (USB 0403:cb48) is plugged in" +
                     (options_.bus_path.empty() ? std::string() : " at " + options_.bus_path) +
                     ": connect its USB cable and its power supply");

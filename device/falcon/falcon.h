@@ -39,11 +39,15 @@ inline constexpr const char* kFalconFirmwareVariable = "FILIFORM_FALCON_FIRMWARE
 
 struct FalconOptions {
   std::string firmware{};                   // file name; empty: from the environment variable kFalconFirmwareVariable
-  std::string bus_path{};                   // USB socket, if there are several; empty: the first device
+  std::string bus_path{};                   // USB socket or serial number, if there are several; empty: the only device
   double motor_per_Nm = kFalconMotorPerNm;  // motor value for 1 N m; HARDWARE.md explains the calibration
   double ramp_s = 0.5;
   bool event_character = false;  // let the bridge pass reports on at once; untested on hardware
 };
+
+// Reads what follows "falcon" in a device's name: "", ":FIRMWARE", ",SOCKET" or ":FIRMWARE,SOCKET". SOCKET, after the
+// last comma, is a USB socket or a serial number.
+FalconOptions falconOptions(const std::string& argument);
 
 struct FalconCounters {  // since open()
   std::uint64_t reports = 0;
@@ -68,9 +72,9 @@ class Falcon : public HapticDevice {
   ~Falcon() override;
 
   // Finds the device, connects and loads the firmware if needed. If there is no device, only lists USB devices. Throws
-  // DeviceError, with the reason and what to do, if: no device is plugged in; permission is missing (names the udev
-  // rule); no firmware is running or given (says where owners find it); the firmware file is unusable; loading failed
-  // (names the step).
+  // DeviceError, with the reason and what to do, if: no device is plugged in, or several and none is named; permission
+  // is missing (names the udev rule); no firmware is running or given (says where owners find it); the firmware file is
+  // unusable; loading failed (names the step).
   void open() override;
   void close() noexcept override;
   const DeviceCapabilities& capabilities() const override { return capabilities_; }

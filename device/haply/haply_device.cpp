@@ -105,7 +105,7 @@ struct HaplyDevice::Impl {
   internal::HaplyInventory beginSession() {
     const std::string at = options.host + ':' + std::to_string(options.port);
     try {
-      transport.version = internal::askVersion(connection(), options.host, options.timeout_s);
+      transport.version = internal::askService(connection(), options.host, "/version", options.timeout_s);
     } catch (const DeviceError& error) {
       throw DeviceError("the Haply Inverse Service does not run (" + at + ": " + error.what() +
                         "): start it with systemctl start haply-inverse-service, or name its host and port");
@@ -135,6 +135,7 @@ struct HaplyDevice::Impl {
     capabilities.name = "Haply Inverse3 " + id;
     capabilities.is_led = chosen->is_led;
     capabilities.senses_orientation = !inventory.grips.empty();
+    capabilities.buttons = inventory.buttons;
     reading = {};
     reading.status = chosen->status;
   }

@@ -13,13 +13,13 @@ const char* stateOf(const internal::HaplyStatus& status) {
 
 }  // namespace
 
-HaplyServiceState askHaplyService(const HaplyOptions& options, double timeout_s) {
+HaplyServiceState askHaplyService(const HaplyOptions& options, double timeout_s, bool with_settings) {
   HaplyServiceState state;
   state.address = options.host + ':' + std::to_string(options.port);
   internal::MakeStream connect = options.connect;
   if (!connect) connect = [&] { return connectTcp(options.host, options.port, {.timeout_s = timeout_s}); };
   try {
-    state.version = internal::askVersion(connect, options.host, timeout_s);
+    state.version = internal::askService(connect, options.host, "/version", timeout_s);
     internal::HaplyLink link;
     const internal::HaplyInventory inventory = link.open(connect, options.host, timeout_s);
     link.close();
@@ -28,6 +28,14 @@ HaplyServiceState askHaplyService(const HaplyOptions& options, double timeout_s)
       state.devices.push_back({device.id, stateOf(device.status), internal::obstacleOf(device.status),
                                device.status.in_use == internal::HaplySays::yes});
     state.grips = inventory.grips;
+    if (!with_settings || internal::dialectFor(state.version) == internal::HaplyDialect::values) return state;
+    for (HaplyServiceState::Device& device : state.devices)
+      for (const char* const key : {"handedness", "preset", "mount", "damping", "gravity_compensation"}) {
+        std::string value =
+            internal::askService(connect, options.host, "/inverse3/" + device.id + "/config/" + key, timeout_s);
+        while (!value.empty() && (value.back() == '\n' || value.back() == '\r')) value.pop_back();
+        if (!value.empty()) device.settings.emplace_back(key, std::move(value));
+      }
   } catch (const DeviceError& error) {
     state.trouble = error.what();
   }

@@ -5,6 +5,7 @@
 #include "device/haply/haply_device.h"
 
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace filiform {
@@ -14,6 +15,8 @@ struct HaplyServiceState {
     std::string id, state;  // "ready", "no_power", "not_calibrated", "not_ready"
     std::string remedy;     // what the person must do; empty if ready
     bool in_use = false;    // by another program
+    // Name and value of what the service states about it: handedness, preset, mount, damping, gravity_compensation.
+    std::vector<std::pair<std::string, std::string>> settings{};
   };
   std::string address;  // HOST:PORT
   bool runs = false;
@@ -23,7 +26,8 @@ struct HaplyServiceState {
   std::vector<std::string> grips;  // ids
 };
 
-// Waits at most timeout_s (s) for each of two answers. Does not throw DeviceError: `trouble` says what is wrong.
-HaplyServiceState askHaplyService(const HaplyOptions& options, double timeout_s = 0.5);
+// Waits at most timeout_s (s) for each of two answers, and with `with_settings` for five of each device. Only services
+// from version 3.5 on state settings. Does not throw DeviceError: `trouble` says what is wrong.
+HaplyServiceState askHaplyService(const HaplyOptions& options, double timeout_s = 0.5, bool with_settings = false);
 
 }  // namespace filiform

@@ -80,8 +80,11 @@ struct SimulatedHaply::Impl {
     if (!options.has_grip) return "\"verse_grip\":[]";
     const std::uint32_t held = faults.buttons;
     const bool leaves_out = faults.leaves_out;
-    std::string text = R"("wireless_verse_grip":[{"device_id":"61548","state":{)";
-    if (!leaves_out || held != 0)
+    std::string text = options.is_wireless ? R"("wireless_verse_grip":[{"device_id":"61548","state":{)"
+                                           : R"("verse_grip":[{"device_id":"61548","state":{)";
+    if (!options.is_wireless)
+      text += "\"button\":" + jsonOf((held & 1) != 0) + ",";
+    else if (!leaves_out || held != 0)
       text += "\"buttons\":{\"a\":" + jsonOf((held & 1) != 0) + ",\"b\":" + jsonOf((held & 2) != 0) +
               ",\"c\":" + jsonOf((held & 4) != 0) + "},";
     text += "\"orientation\":{";
@@ -135,13 +138,17 @@ struct SimulatedHaply::Impl {
     newest_first[0] = newest;
   }
 
+  Eigen::Vector3d mirrored(const Eigen::Vector3d& v) const {
+    return options.is_mirrored ? Eigen::Vector3d(-v.x(), v.y(), v.z()) : v;
+  }
+
   // One period under the force that acts.
   void move(Device& device) {
     const bool is_first = &device == devices.front().get();
     if (is_first && options.target) device.hand.setTarget(options.target(moved_s.value_or(0)));
     Wrench wrench;
-    wrench.force_N = device.force_H;
-    push(device.acted_H, device.force_H);
+    wrench.force_N = mirrored(device.force_H);
+    push(device.acted_H, wrench.force_N);
     const Eigen::Vector3d before_m = device.state.p_D;
     device.state = device.hand.exchange(wrench);
     const Eigen::Vector3d& acted_N = device.acted_H[static_cast<std::size_t>(options.delay_samples)];
@@ -173,11 +180,11 @@ struct SimulatedHaply::Impl {
 
   std::string stateText(const Device& device) const {
     const bool leaves_out = faults.leaves_out;
-    Eigen::Vector3d p_H = options.centre_H + device.state.p_D;
+    Eigen::Vector3d p_H = mirrored(options.centre_H + device.state.p_D);
     p_H.x() += faults.jump_m;
     std::string text = "{\"device_id\":\"" + device.id + "\",\"state\":{";
     if (!faults.has_no_position) text += "\"cursor_position\":" + vectorText(p_H, leaves_out) + ",";
-    text += "\"cursor_velocity\":" + vectorText(device.state.v_D, leaves_out) +
+    text += "\"cursor_velocity\":" + vectorText(mirrored(device.state.v_D), leaves_out) +
             ",\"current_cursor_force\":" + vectorText(device.force_H, leaves_out) +
             R"(,"control_domain":"cartesian","control_mode":"force","transform":{}})" + status() + "}";
     return text;

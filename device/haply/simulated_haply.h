@@ -17,6 +17,7 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -33,6 +34,13 @@ struct SimulatedHaplyOptions {
   std::string version = "3.5.2";  // from 3.5 on, forces are named "vector", before "values"; the other is ignored
   std::vector<std::string> devices{"049D"};
   bool has_grip = true;
+  bool is_wireless = true;   // the grip has three buttons; otherwise one
+  bool is_mirrored = false;  // positions and forces are those of a left hand
+  // Name and JSON value of what GET /inverse3/ID/config/NAME answers.
+  std::map<std::string, std::string> settings{{"handedness", R"("right")"},
+                                              {"preset", R"("arm_front_centered")"},
+                                              {"damping", R"({"scalar":0})"},
+                                              {"gravity_compensation", "true"}};
   HandParameters hand{};
   // The hands follow the aims of "filiform_aim". False: their targets are set by hand().
   bool is_led = false;

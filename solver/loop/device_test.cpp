@@ -4,6 +4,7 @@
 #include "device/falcon/falcon.h"
 #include "device/haply/haply_device.h"
 #include "device/spacemouse/spacemouse.h"
+#include "solver/loop/device_setup.h"
 #include "solver/loop/haptic_loop.h"
 
 #include <chrono>
@@ -26,6 +27,7 @@ struct Opened {
   HapticDevice& device;
 };
 
+constexpr double kPatience_s = 10;       // for a push of the handle
 constexpr double kSweepLimit_N_m = 200;  // of a device that states no stiffness
 
 const char* instructionFor(DeviceWalk::Phase phase, bool renders_force) {
@@ -115,6 +117,8 @@ DeviceCheck checkDevice(HapticDevice& device, const DeviceCheckOptions& options)
   if (const auto* mouse = dynamic_cast<const SpaceMouse*>(&device)) check.reports = mouse->reports();
   if (const auto* falcon = dynamic_cast<const Falcon*>(&device)) check.reports = falcon->counters().reports;
   if (const auto* haply = dynamic_cast<const HaplyDevice*>(&device)) check.reports = haply->counters().states;
+  if (options.directions && !capabilities.rate_control)
+    check.wrong_direction = checkDirections(device, options, kPatience_s);
   if (options.walk) check.walk = walkThrough(device, options, tell);
   return check;
 }

@@ -12,6 +12,11 @@ namespace {
 constexpr double kVelocityTime_s = 0.1;  // low-pass filter of the proxy's velocity, for the loader and prepare() only
 constexpr double kAhead_s = 0.02;        // prepare() looks this far ahead
 constexpr double kMostTurn_rad = 0.5;    // of a stylus in a tick
+constexpr double kBounce_s = 0.02;       // a button that changes again within this time bounces
+constexpr double kClick_s = 0.3;         // a button that is released sooner was clicked
+constexpr double kZoomOut_s = 0.5;       // for twice the zoom, of a button that is held
+constexpr double kZoomRoll_rad = 0.8;    // of a stylus, for twice the zoom
+constexpr double kCarried_s = 0.05;      // the distance between a carried scene's proxy and the hand falls to 1/e
 constexpr double kFree_s = 1e-4;         // with less time left, prepare() decodes kLeastPrepared nodes
 constexpr std::uint32_t kPrepared = 64, kLeastPrepared = 16;  // nodes
 
@@ -40,7 +45,7 @@ Navigation::Navigation(const GraphView& graph, std::unique_ptr<ProxySolver> solv
              options.leap},
       saved_(state_) {
   for (std::size_t i = 0; i < actions_.size(); ++i)
-    if (actions_[i] == ButtonAction::turn) clutch_ |= 1U << i;
+    if (actions_[i] >= ButtonAction::turn) held_actions_ |= 1U << i;
 }
 
 void Navigation::setMode(NavigationMode mode) noexcept {
@@ -65,14 +70,16 @@ void Navigation::turn(const Vector3d& twist_D, double dt_s) noexcept {
 
 void Navigation::turnWithStylus(const DeviceState& device) noexcept {
   const bool is_rotation = std::abs(device.orientation_D.norm() - 1) < 1e-3;
-  const bool held = is_rotation && (device.buttons & clutch_) != 0;
+  const bool rolls = holds(ButtonAction::mode_turn);
+  const bool held = is_rotation && (rolls || holds(ButtonAction::turn) || holds(ButtonAction::turn_moving));
   if (held && state_.turns) {
     const Orientation step = device.orientation_D * state_.stylus_D.conjugate();
     const double sine = step.vec().norm(), angle_rad = 2 * std::atan2(sine, std::abs(step.w()));
-    // A turn about z is left out, as in the paper. A greater turn is an error of the sensor.
+    // A turn about z does not turn the scene, as in the paper. A greater turn is an error of the sensor.
     if (sine > 0 && angle_rad < kMostTurn_rad) {
       const Vector3d turn = (step.w() < 0 ? -angle_rad : angle_rad) / sine * step.vec();
       if (turn.x() != 0 || turn.y() != 0) state_.workspace.rotate(turn.x(), turn.y(), state_.p_W);
+      if (rolls) zoomBy(std::exp2(turn.z() / kZoomRoll_rad));
     }
   }
   state_.turns = held;
@@ -130,48 +137,89 @@ bool Navigation::apply(const NavigationCommand& command, const Eigen::Vector3d& 
   return done;
 }
 
-void Navigation::pressButtons(std::uint32_t buttons) noexcept {
-  const std::uint32_t pressed = buttons & ~state_.buttons;
-  state_.buttons = buttons;
+void Navigation::zoomBy(double factor) noexcept {
+  state_.workspace.setZoom(factor * state_.workspace.zoom_um(), state_.p_W);
+}
+
+bool Navigation::holds(ButtonAction action) const noexcept {
+  const bool clicks = action == ButtonAction::zoom || action == ButtonAction::mode_turn;
+  for (std::size_t i = 0; i < actions_.size(); ++i)
+    if (actions_[i] == action && (state_.buttons >> i & 1U) != 0 &&
+        (!clicks || state_.clock_s - state_.changed_s[i] >= kClick_s))
+      return true;
+  return false;
+}
+
+void Navigation::watchButtons(std::uint32_t buttons, double dt_s) noexcept {
+  if (dt_s > 0 && std::isfinite(dt_s)) state_.clock_s += dt_s;
+  if (holds(ButtonAction::zoom)) zoomBy(std::exp2(dt_s / kZoomOut_s));
   for (std::size_t i = 0; i < actions_.size(); ++i) {
-    if (!(pressed >> i & 1u)) continue;
-    switch (actions_[i]) {
-      case ButtonAction::none:
-      case ButtonAction::turn:
-        break;
-      case ButtonAction::toggle_mode:
-        if (state_.mode == NavigationMode::free)
-          ++state_.asked_constrain;
-        else
-          setMode(NavigationMode::free);
-        break;
-      case ButtonAction::centre:
-        state_.workspace.startCentring();
-        break;
-      case ButtonAction::zoom_in:
-        state_.workspace.setZoom(0.5 * state_.workspace.zoom_um(), state_.p_W);
-        break;
-      case ButtonAction::zoom_out:
-        state_.workspace.setZoom(2.0 * state_.workspace.zoom_um(), state_.p_W);
-        break;
-      case ButtonAction::back:
-        ++state_.asked_back;
-        break;
-      case ButtonAction::forward:
-        ++state_.asked_forward;
-        break;
-    }
+    const std::uint32_t bit = 1U << i;
+    const double since_s = state_.clock_s - state_.changed_s[i];
+    if (((buttons ^ state_.buttons) & bit) == 0 || since_s < kBounce_s) continue;
+    state_.buttons ^= bit;
+    state_.changed_s[i] = state_.clock_s;
+    const bool is_click = (buttons & bit) == 0 && since_s < kClick_s;
+    if (actions_[i] == ButtonAction::zoom && is_click) press(ButtonAction::zoom_in);
+    if (actions_[i] == ButtonAction::mode_turn && is_click) press(ButtonAction::toggle_mode);
+    if ((buttons & bit) != 0) press(actions_[i]);
   }
+}
+
+void Navigation::press(ButtonAction action) noexcept {
+  switch (action) {
+    case ButtonAction::toggle_mode:
+      if (state_.mode == NavigationMode::free)
+        ++state_.asked_constrain;
+      else
+        setMode(NavigationMode::free);
+      break;
+    case ButtonAction::centre:
+      state_.workspace.startCentring();
+      break;
+    case ButtonAction::zoom_in:
+      zoomBy(0.5);
+      break;
+    case ButtonAction::zoom_out:
+      zoomBy(2);
+      break;
+    case ButtonAction::back:
+      ++state_.asked_back;
+      break;
+    case ButtonAction::forward:
+      ++state_.asked_forward;
+      break;
+    default:  // acts while it is held
+      break;
+  }
+}
+
+// While the scene is carried, the force fades and stays zero; then it grows over the ramp. So a carried scene gives no
+// energy, and the proxy that lies at the hand afterwards pulls nothing.
+void Navigation::carry(const DeviceState& device, bool usable, double dt_s) noexcept {
+  const bool carries = usable && !rate_control_ &&
+                       (holds(ButtonAction::carry) || holds(ButtonAction::turn) || holds(ButtonAction::mode_turn));
+  if (carries != state_.carries) {
+    state_.law.restart();
+    forgetMotion();
+    state_.carried_D = state_.workspace.toDevice(state_.p_W) - device.p_D;
+  }
+  state_.carries = carries;
+  if (!carries) return;
+  if (dt_s > 0) state_.carried_D *= 1 - std::min(1.0, dt_s / kCarried_s);
+  state_.workspace.place(state_.p_W, device.p_D + state_.carried_D);
 }
 
 bool Navigation::changesBeforeSolving(const DeviceState& device) const noexcept {
   const bool ready = device.status == DeviceStatus::ready;
-  return ready != state_.was_ready || (ready && (rate_control_ || device.buttons != state_.buttons ||
-                                                 (device.buttons & clutch_) != 0 || !device.twist_D.isZero(0)));
+  return ready != state_.was_ready || state_.carries ||
+         (ready && (rate_control_ || (device.buttons & 0xff) != state_.buttons ||
+                    (device.buttons & held_actions_) != 0 || !device.twist_D.isZero(0)));
 }
 
 [[gnu::flatten]] const NavigationTick& Navigation::tick(const DeviceState& device, double dt_s) noexcept {
   const bool changes_before = changesBeforeSolving(device);
+  const double clock_s = state_.clock_s;
   if (changes_before) saved_ = state_;
   tick_.wrench = Wrench{};
   tick_.solved = tick_.frontier = false;
@@ -183,9 +231,10 @@ bool Navigation::changesBeforeSolving(const DeviceState& device) const noexcept 
     forgetMotion();
   }
   state_.was_ready = ready;
-  if (ready) pressButtons(device.buttons);
+  if (ready) watchButtons(device.buttons, dt_s);
   if (ready) turn(device.twist_D, dt_s);
   if (ready) turnWithStylus(device);
+  carry(device, ready && device.p_D.allFinite(), dt_s);
 
   Workspace& workspace = state_.workspace;
   tick_.mode = state_.mode;
@@ -193,7 +242,9 @@ bool Navigation::changesBeforeSolving(const DeviceState& device) const noexcept 
   const bool usable = ready && tick_.h_D.allFinite();
   tick_.h_W = workspace.toWorld(tick_.h_D);
   Vector3d p_W = state_.p_W;
-  if (state_.mode == NavigationMode::constrained) {
+  if (state_.carries) {
+    // The proxy keeps its place.
+  } else if (state_.mode == NavigationMode::constrained) {
     if (usable && place().valid()) {
       tick_.solved = true;
       solver_->advance(graph_, {tick_.h_W, dt_s, workspace.scale_um_m(), state_.leap}, tick_.step);
@@ -204,7 +255,10 @@ bool Navigation::changesBeforeSolving(const DeviceState& device) const noexcept 
     p_W = tick_.h_W;
   }
   can_undo_ = tick_.frontier;
-  if (can_undo_ && !changes_before) saved_ = state_;
+  if (can_undo_ && !changes_before) {
+    saved_ = state_;
+    saved_.clock_s = clock_s;
+  }
 
   ++state_.ticks;
   state_.time_s = device.time_s;
@@ -224,7 +278,7 @@ bool Navigation::changesBeforeSolving(const DeviceState& device) const noexcept 
 
   // Positions that are not finite are passed on, so that the force law counts them.
   const bool feels = ready && !rate_control_;
-  const bool pulls = feels && state_.mode == NavigationMode::constrained && place().valid();
+  const bool pulls = feels && state_.mode == NavigationMode::constrained && place().valid() && !state_.carries;
   tick_.wrench.force_N = pulls   ? state_.law.apply(tick_.anchor_D, device.p_D, device.v_D, dt_s)
                          : feels ? state_.law.applyNothing(device.p_D, dt_s)
                                  : state_.law.release();
@@ -238,7 +292,7 @@ bool Navigation::changesBeforeSolving(const DeviceState& device) const noexcept 
   if (dt_s > 0 && std::isfinite(dt_s)) {
     const Vector3d v_W = (p_W - state_.p_W) / dt_s;
     if (v_W.allFinite()) state_.v_W += std::min(1.0, dt_s / kVelocityTime_s) * (v_W - state_.v_W);
-    if (usable) state_.law.carried(workspace.drift(p_W, tick_.p_D, dt_s));
+    if (usable && !state_.carries) state_.law.carried(workspace.drift(p_W, tick_.p_D, dt_s));
   }
   state_.p_W = p_W;
   return tick_;

@@ -14,6 +14,7 @@
 #include "solver/force/spring_model.h"
 #include "solver/proxy/anchor.h"
 #include "solver/proxy/proxy_solver.h"
+#include "solver/workspace/button_map.h"
 #include "solver/workspace/navigation_link.h"
 #include "solver/workspace/rate_control.h"
 #include "solver/workspace/workspace.h"
@@ -25,17 +26,6 @@
 namespace filiform {
 
 class GraphView;
-
-enum class ButtonAction : std::uint8_t {
-  none,
-  toggle_mode,  // to free mode at once; to constrained mode by the commanding thread, which finds the place
-  centre,
-  zoom_in,   // halves the zoom
-  zoom_out,  // doubles the zoom
-  back,      // by the commanding thread, which has the history
-  forward,   // likewise
-  turn,      // while held, the scene turns with the stylus, about x and y through the proxy (the paper, 4)
-};
 
 enum class AnchorUse : std::uint8_t { by_method, never, always };
 
@@ -60,9 +50,9 @@ struct NavigationOptions {
   // Limits the drift of the workspace to this over the stiffness. So drift alone changes the force by at most
   // drift_force_N_s dt in a tick.
   double drift_force_N_s = 20;
-  // The action of button i, when it is pressed.
-  std::array<ButtonAction, 8> buttons{ButtonAction::toggle_mode, ButtonAction::centre, ButtonAction::zoom_in,
-                                      ButtonAction::zoom_out};
+  // The action of button i. A change of a button within 20 ms of the last one counts after these 20 ms: a switch
+  // bounces.
+  ButtonMap buttons{ButtonAction::toggle_mode, ButtonAction::centre, ButtonAction::zoom_in, ButtonAction::zoom_out};
 };
 
 struct NavigationTick {
@@ -126,7 +116,11 @@ class Navigation {
     SpringModel spring{};
     NavigationMode mode = NavigationMode::constrained;
     bool was_ready = false;
-    std::uint32_t buttons = 0;
+    std::uint32_t buttons = 0;  // held, without bounces
+    std::array<double, 8> changed_s{-1, -1, -1, -1, -1, -1, -1, -1};
+    double clock_s = 0;                                       // the sum of all dt_s
+    bool carries = false;                                     // the hand carries the scene along
+    Vector3d carried_D = Vector3d::Zero();                    // from the hand to the proxy meanwhile; falls to zero
     Orientation stylus_D{1, 0, 0, 0};                         // the last one that was a rotation
     bool turns = false;                                       // the clutch was held in the last tick
     Vector3d p_W = Vector3d::Zero(), v_W = Vector3d::Zero();  // of the proxy after the last tick, um and um/s
@@ -135,7 +129,12 @@ class Navigation {
     std::uint32_t asked_constrain = 0, asked_back = 0, asked_forward = 0;
   };
   bool changesBeforeSolving(const DeviceState& device) const noexcept;
-  void pressButtons(std::uint32_t buttons) noexcept;
+  void watchButtons(std::uint32_t buttons, double dt_s) noexcept;
+  void press(ButtonAction action) noexcept;
+  // The actions that a held button has now; a click of mode_turn or zoom may still follow in the first kClick_s.
+  bool holds(ButtonAction action) const noexcept;
+  void carry(const DeviceState& device, bool usable, double dt_s) noexcept;
+  void zoomBy(double factor) noexcept;
   void setMode(NavigationMode mode) noexcept;
   void forgetMotion() noexcept;
   void turn(const Eigen::Vector3d& twist_D, double dt_s) noexcept;
@@ -144,9 +143,9 @@ class Navigation {
 
   const GraphView& graph_;
   std::unique_ptr<ProxySolver> solver_;
-  std::array<ButtonAction, 8> actions_;
+  ButtonMap actions_;
   bool anchored_, rate_control_, local_model_, has_stylus_;
-  std::uint32_t clutch_ = 0;  // the buttons of ButtonAction::turn
+  std::uint32_t held_actions_ = 0;  // the buttons that act while they are held
   State state_, saved_;
   bool can_undo_ = false;
   NavigationTick tick_;

@@ -247,8 +247,8 @@ void examine(const std::vector<std::string>& arguments, const Outcome& outcome, 
     return std::find(arguments.begin(), arguments.end(), option) != arguments.end();
   };
   // Hardware and the page for browsers may be absent. Then one line says what is missing.
-  const bool hardware =
-      (name == "devices" && has("--test")) || (name == "view" && (has("spacemouse") || has("falcon")));
+  const bool hardware = (name == "devices" && (has("--test") || has("--setup"))) ||
+                        (name == "view" && (has("spacemouse") || has("falcon")));
   const bool unbuilt_page = name == "view" && has("--web") && outcome.exit_code == 2;
   if ((hardware && outcome.exit_code == 3) || unbuilt_page) {
     EXPECT_TRUE(outcome.oneLineOnStderr()) << outcome.err;

@@ -2,6 +2,7 @@
 #include "tools/bridges/bridge.h"
 
 #include "tools/bridges/bridge_force.h"
+#include "tools/bridges/latest.h"
 
 #include <arpa/inet.h>
 #include <errno.h>
@@ -18,27 +19,46 @@
 #include <time.h>
 #include <unistd.h>
 
-enum { kMostPackets = 64, kPathBytes = 108 };   // packets a round: a flood must not stop the device's loop
-static const int64_t kSilence_ns = 1000000000;  // over UDP, a master that is silent for so long has gone
-static const int64_t kPatience_ns = 500000;     // exchange() waits so long for the next COMMAND
-static const double kVelocityTime_s = 0.005;    // of the low pass of an estimated velocity
+enum { kMostPackets = 64, kPathBytes = 108 };     // packets a round: a flood must not stop the device's loop
+static const int64_t kSilence_ns = 1000000000;    // over UDP, a master that is silent for so long has gone
+static const int64_t kStandstill_ns = 500000000;  // a servo thread that is silent for so long has ended
+static const int64_t kLastFrames_ns = 20000000;   // for a servo thread to write its last force
+static const int64_t kPatience_ns = 500000;       // exchange() waits so long for the next COMMAND
+static const double kVelocityTime_s = 0.005;      // of the low pass of an estimated velocity
+
+struct order {  // from the sockets to the servo
+  uint32_t ends, commands, seq;
+  int after_end;  // the command came after the last end
+  int64_t time_ns;
+  struct fb_command command;
+};
 
 struct bridge {
   const struct bridge_device* device;
+  // Of the thread that calls bridge_step().
   struct bridge_force force;
-  struct fb_state state;      // the newest sample
+  struct fb_state state;  // the newest sample
+  struct order obeyed;
+  int64_t command_ns;
+  uint32_t refused_before;
+  FILE* log;
+  // Between the threads.
+  struct latest orders, states;
+  atomic_int lost, ended;  // ended: the force is zero from now on
+  _Atomic(const char*) said;
+  // Of bridge_run()'s thread.
+  struct order order;
+  struct fb_state shown;      // the newest state
   int udp, listener, master;  // sockets; -1: none. Over UDP `listener` is the only socket
   char path[kPathBytes];      // of the socket; empty over UDP
   unsigned char cookie[FB_COOKIE_BYTES];
   struct sockaddr_in peer;  // the master over UDP
   int has_peer;
-  int64_t heard_ns, command_ns;
-  uint32_t sent, answers, refused_before;
-  int called, commanded;  // a CALL, a COMMAND wait for their answer
-  int is_private;         // the master's socket was inherited: there will be no other
-  const char* advised;    // the newest advice that was sent
-  int lost;
-  FILE* log;
+  int64_t heard_ns;
+  uint32_t sent, answers, undecoded;
+  int called, commanded;         // a CALL, a COMMAND wait for their answer
+  int is_private;                // the master's socket was inherited: there will be no other
+  const char *advised, *spoken;  // the newest advice that was sent; what bridge_say() said last
 };
 
 static volatile sig_atomic_t stopped = 0;
@@ -178,6 +198,37 @@ static int listen_at(struct bridge* b, const char* address) {
   return bind_path(b);
 }
 
+// ---- orders
+
+static void obey(struct bridge* b, const struct order* order) {
+  const int is_new = order->commands != b->obeyed.commands, ended = order->ends != b->obeyed.ends;
+  const int ready = (b->state.flags & FB_READY) != 0;
+  int taken = is_new && !order->after_end &&
+              bridge_force_command(&b->force, order->seq, &order->command, ready, order->time_ns);
+  if (ended) {
+    bridge_force_end(&b->force, order->time_ns);
+    b->refused_before = b->force.refused;
+  }
+  if (is_new && order->after_end)
+    taken = bridge_force_command(&b->force, order->seq, &order->command, ready, order->time_ns);
+  if (taken) b->command_ns = order->time_ns;
+  b->obeyed = *order;
+}
+
+static void give_order(struct bridge* b, int64_t now_ns) {
+  b->order.time_ns = now_ns;
+  if (b->device->start != NULL)
+    latest_write(&b->orders, &b->order, sizeof b->order);
+  else
+    obey(b, &b->order);
+}
+
+static void end_force(struct bridge* b, int64_t now_ns) {
+  ++b->order.ends;
+  b->order.after_end = 0;
+  give_order(b, now_ns);
+}
+
 // ---- packets
 
 static void send_packet(struct bridge* b, int socket_number, const struct sockaddr_in* to, struct fb_packet* packet) {
@@ -206,27 +257,29 @@ static void drop_master(struct bridge* b, int64_t now_ns) {
   if (b->master >= 0) close(b->master);
   b->master = -1;
   b->has_peer = b->called = b->commanded = 0;
-  bridge_force_end(&b->force, now_ns);
+  end_force(b, now_ns);
 }
 
 static void take(struct bridge* b, const unsigned char* bytes, size_t size, int64_t now_ns) {
   struct fb_packet packet;
   if (!fb_decode(bytes, size, &packet)) {
-    ++b->force.refused;
+    ++b->undecoded;
     return;
   }
   b->heard_ns = now_ns;
   if (packet.kind == FB_BYE) drop_master(b, now_ns);
   if (packet.kind == FB_CALL) {
-    bridge_force_end(&b->force, now_ns);
-    b->refused_before = b->force.refused;
+    end_force(b, now_ns);
+    b->undecoded = 0;
     b->called = 1;
   }
   if (packet.kind != FB_COMMAND) return;
   b->commanded = 1;
-  b->answers = packet.seq;
-  if (bridge_force_command(&b->force, packet.seq, &packet.is.command, (b->state.flags & FB_READY) != 0, now_ns))
-    b->command_ns = now_ns;
+  b->answers = b->order.seq = packet.seq;
+  b->order.command = packet.is.command;
+  b->order.after_end = 1;
+  ++b->order.commands;
+  give_order(b, now_ns);
   if (b->device->lead != NULL && (packet.is.command.flags & FB_AIM) != 0 && fb_finite(packet.is.command.aim_D, 3))
     b->device->lead(b->device->self, packet.is.command.aim_D);
 }
@@ -295,18 +348,26 @@ static void estimate_velocity(struct fb_state* state, const double before_D[3], 
     state->v_D[i] = (state->v_D[i] * kVelocityTime_s + state->p_D[i] - before_D[i]) / (kVelocityTime_s + dt_s);
 }
 
+void bridge_say(struct bridge* b, const char* text) { atomic_store(&b->said, text); }
+
 // Returns as read() does.
 static int read_and_write(struct bridge* b) {
+  static const double none[3] = {0, 0, 0};
   const double before_D[3] = {b->state.p_D[0], b->state.p_D[1], b->state.p_D[2]};
   const int64_t before_ns = b->state.time_ns;
   const int could = b->device->read(b->device->self, &b->state);
   struct fb_state* s = &b->state;
+  struct order order;
+  int rendered;
   s->time_ns = bridge_now_ns();
   if (before_ns > 0 && (b->device->hello.flags & FB_KNOWS_VELOCITY) == 0)
     estimate_velocity(s, before_D, 1e-9 * (double)(s->time_ns - before_ns));
+  if (b->device->start != NULL && latest_read(&b->orders, &order, sizeof order)) obey(b, &order);
   if (could <= 0) bridge_force_end(&b->force, s->time_ns);
   bridge_force_at(&b->force, s->p_D, s->v_D, s->time_ns, s->force_N);
-  return b->device->write(b->device->self, s->force_N) < 0 ? -1 : could;
+  rendered = b->device->write(b->device->self, could < 0 || b->ended ? none : s->force_N);
+  if (rendered <= 0) memcpy(s->force_N, none, sizeof none);
+  return rendered < 0 ? -1 : could;
 }
 
 static int exchange(struct bridge* b) {
@@ -318,15 +379,15 @@ static int exchange(struct bridge* b) {
   return could;
 }
 
-static void step(struct bridge* b) {
+void bridge_step(struct bridge* b) {
   struct fb_state* s = &b->state;
   const int could = b->device->exchange != NULL ? exchange(b) : read_and_write(b);
-  b->lost = could < 0;
+  if (could < 0) b->lost = 1;
   s->flags = (could > 0 ? FB_READY : 0) | (b->force.mode == BRIDGE_ARMED ? FB_ARMED : 0) |
              (b->force.mode == BRIDGE_FADING ? FB_FADING : 0) | (b->force.lowered ? FB_LOWERED : 0) |
              (b->lost ? FB_FAULT : 0);
-  s->answers = b->answers;
   s->refused = b->force.refused - b->refused_before;
+  latest_write(&b->states, s, sizeof *s);
   if (b->log != NULL) {
     const double* f = s->force_N;
     fprintf(b->log, "%lld %lld %d %.9g %.9g %.9g %.9g\n", (long long)bridge_now_ns(), (long long)b->command_ns,
@@ -338,17 +399,19 @@ static void answer(struct bridge* b) {
   const int socket_number = b->udp ? b->listener : b->master;
   const struct sockaddr_in* to = b->udp ? &b->peer : NULL;
   struct fb_packet packet;
+  const char* advice;
   if (socket_number < 0 || (b->udp && !b->has_peer)) return;
   memset(&packet, 0, sizeof packet);
   if (b->called) {
     packet.kind = FB_HELLO;
     packet.is.hello = b->device->hello;
+    packet.is.hello.flags |= b->device->start != NULL ? FB_OWN_SERVO : 0;
     packet.is.hello.slew_N_s = b->force.limits.slew_N_s;
     send_packet(b, socket_number, to, &packet);
     b->advised = NULL;
   }
-  if (b->commanded && b->device->advice != NULL) {
-    const char* advice = b->device->advice(b->device->self);
+  advice = b->device->advice != NULL ? b->device->advice(b->device->self) : b->spoken;
+  if (b->commanded && advice != NULL) {
     if (advice != b->advised && (b->advised != NULL || advice[0] != 0)) {
       packet.kind = FB_ADVICE;
       snprintf(packet.is.text, FB_TEXT_BYTES, "%s", advice);
@@ -358,14 +421,31 @@ static void answer(struct bridge* b) {
   }
   if (b->commanded) {
     packet.kind = FB_STATE;
-    packet.is.state = b->state;
+    packet.is.state = b->shown;
+    packet.is.state.answers = b->answers;
+    packet.is.state.refused += b->undecoded;
     send_packet(b, socket_number, to, &packet);
   }
   b->called = b->commanded = 0;
 }
 
+static void print_said(struct bridge* b, const char* otherwise) {
+  const char* const said = atomic_exchange(&b->said, NULL);
+  if (said != NULL) b->spoken = said;
+  if (said != NULL || otherwise != NULL) complain(said != NULL ? said : otherwise, b->device->hello.name);
+}
+
+// The newest state; without a servo thread, of now.
+static void take_state(struct bridge* b, int64_t now_ns) {
+  if (b->device->start == NULL) bridge_step(b);
+  latest_read(&b->states, &b->shown, sizeof b->shown);
+  if (b->device->start == NULL || now_ns - b->shown.time_ns < kStandstill_ns) return;
+  bridge_say(b, "the library's thread stands still: restart the vendor's driver, then the bridge");
+  b->lost = 1;
+}
+
 static void serve(struct bridge* b) {
-  const int64_t period_ns = (int64_t)(1e9 / b->device->hello.rate_Hz);
+  const int64_t period_ns = b->device->start != NULL ? 10000000 : (int64_t)(1e9 / b->device->hello.rate_Hz);
   int64_t due_ns = bridge_now_ns();
   while (!stopped && !b->lost && (!b->is_private || b->master >= 0 || b->force.mode != BRIDGE_OFF)) {
     struct pollfd ready[2] = {{b->listener, POLLIN, 0}, {b->master, POLLIN, 0}};
@@ -384,7 +464,8 @@ static void serve(struct bridge* b) {
     if (b->udp && b->has_peer && now_ns - b->heard_ns > kSilence_ns) drop_master(b, now_ns);
     // A command acts at once; without one the device's own rate goes on.
     const int acts = b->commanded || now_ns >= due_ns;
-    if (acts) step(b);
+    if (acts) take_state(b, now_ns);
+    if (!b->lost) print_said(b, NULL);
     answer(b);
     if (acts && b->device->exchange != NULL)
       due_ns = bridge_now_ns() + kPatience_ns;
@@ -393,16 +474,31 @@ static void serve(struct bridge* b) {
   }
 }
 
+// What filiform refuses in a description; NULL: nothing.
+static const char* wrong_description(const struct fb_hello* hello) {
+  int i;
+  if (!(hello->rate_Hz >= 10 && hello->rate_Hz <= 1e5)) return "needs a rate of 10 to 100000 Hz";
+  if (!(hello->peak_force_N > 0 && hello->peak_force_N <= 1000)) return "needs a peak force of 0 to 1000 N";
+  if (!(hello->max_stiffness_N_m >= 0 && hello->max_stiffness_N_m <= 1e6))
+    return "needs a greatest stiffness of 0 to 1000000 N/m";
+  for (i = 0; i < 3; ++i)
+    if (!(hello->lo_D[i] >= -10 && hello->hi_D[i] <= 10 && hello->hi_D[i] - hello->lo_D[i] >= 1e-3))
+      return "needs a workspace at least 1 mm wide, and within 10 m";
+  return NULL;
+}
+
 int bridge_run(const struct bridge_device* device, const char* address) {
   static const double none[3] = {0, 0, 0};
   const char* log = getenv("FILIFORM_BRIDGE_LOG");
+  const char* const wrong = wrong_description(&device->hello);
+  const struct timespec last_frames = {0, (long)kLastFrames_ns};
   struct sigaction action;
   struct bridge b;
   memset(&b, 0, sizeof b);
   b.device = device;
   b.listener = b.master = -1;
-  if (!(device->hello.rate_Hz >= 10 && device->hello.rate_Hz <= 1e5) || !(device->hello.peak_force_N > 0)) {
-    complain("needs a rate of 10 to 100000 Hz and a peak force above 0 N", device->hello.name);
+  if (wrong != NULL) {
+    complain(wrong, device->hello.name);
     return 2;
   }
   bridge_force_begin(&b.force, device->hello.peak_force_N, device->hello.max_stiffness_N_m);
@@ -417,17 +513,27 @@ int bridge_run(const struct bridge_device* device, const char* address) {
   sigaction(SIGTERM, &action, NULL);
   if (log != NULL && log[0] != 0) b.log = fopen(log, "w");
   if (b.log != NULL) setvbuf(b.log, NULL, _IOLBF, 0);
-  if (!b.is_private) printf("%s: use filiform's --device bridge:%s\n", device->hello.name, b.udp ? address : b.path);
-  fflush(stdout);
-  serve(&b);
-  if (device->exchange != NULL)
+  b.shown.time_ns = bridge_now_ns();
+  if (device->start != NULL && device->start(device->self, &b) < 0) {
+    b.lost = 1;
+  } else {
+    if (!b.is_private) printf("%s: use filiform's --device bridge:%s\n", device->hello.name, b.udp ? address : b.path);
+    fflush(stdout);
+    serve(&b);
+  }
+  b.ended = 1;
+  if (device->stop != NULL) {
+    nanosleep(&last_frames, NULL);
+    device->stop(device->self);
+  } else if (device->exchange != NULL) {
     device->exchange(device->self, none, &b.state);
-  else
+  } else {
     device->write(device->self, none);
+  }
   if (b.path[0] != 0) unlink(b.path);
   if (b.master >= 0) close(b.master);
   if (b.listener >= 0) close(b.listener);
   if (b.log != NULL) fclose(b.log);
-  if (b.lost) complain("the device was lost: connect it and start again", device->hello.name);
+  print_said(&b, b.lost ? "the device was lost: connect it and start again" : NULL);
   return b.lost ? 3 : 0;
 }

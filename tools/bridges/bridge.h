@@ -2,7 +2,8 @@
 //
 // Makes a device that a C program can read and write into a device of filiform. The program fills a bridge_device and
 // calls bridge_run(), which listens, answers filiform (device/BRIDGE.md), and renders the local model of the force
-// (bridge_force.h) at the program's own rate. Thread rule: one thread; all callbacks run on it.
+// (bridge_force.h) at the program's own rate. Thread rule: one thread; all callbacks run on it. If `start` is set:
+// read() and write() run on the thread that calls bridge_step(), the other callbacks on that of bridge_run().
 #pragma once
 
 #include "device/bridge/bridge_protocol.h"
@@ -11,13 +12,15 @@
 extern "C" {
 #endif
 
+struct bridge;
+
 struct bridge_device {
   struct fb_hello hello;  // what the device is and can; rate_Hz > 0 is the rate of read() and write()
   void* self;             // passed to the callbacks
   // Sets p_D, buttons, and what hello.flags promises of v_D and orientation. Returns 1; 0: not ready to render force;
   // -1: lost.
   int (*read)(void* self, struct fb_state* state);
-  // Renders the force (N) until the next call. Returns 1; -1: lost.
+  // Renders the force (N) until the next call. Returns 1; 0: the device's force is off, so it renders zero; -1: lost.
   int (*write)(void* self, const double force_N[3]);
   // Instead of read() and write(), for a device that waits for its next sample: renders the force (N) until the next
   // call, waits, then sets the state as read() does, its time_ns and the force that was sent. NULL for other devices.
@@ -26,7 +29,17 @@ struct bridge_device {
   const char* (*advice)(void* self);
   // For FB_IS_LED: the hand pulls towards this point (m). NULL for other devices.
   void (*lead)(void* self, const double aim_D[3]);
+  // For a library that calls back in a thread of its own: begins calls of bridge_step(servo) from there, at rate_Hz.
+  // Returns 1; -1: lost. stop() ends these calls. NULL: bridge_run() itself calls read() and write().
+  int (*start)(void* self, struct bridge* servo);
+  void (*stop)(void* self);
 };
+
+// Reads the device, obeys the newest COMMAND, and writes the force. For the servo thread of `start`. Never waits.
+void bridge_step(struct bridge* servo);
+
+// Prints a line for the person soon: "bridge: NAME: TEXT". `text` stays valid. Any thread; never waits.
+void bridge_say(struct bridge* servo, const char* text);
 
 // Serves one master at a time until SIGINT or SIGTERM, or until the device is lost. `address`: the path of a socket,
 // udp:127.0.0.1:PORT, fd:N for a connected socket that was inherited, or NULL or "" for NAME.bridge in the folder of

@@ -10,6 +10,19 @@
 #include <stdlib.h>
 #include <string.h>
 
+// Reads "[--device NAME] [ADDRESS]"; what is absent becomes NULL. Returns 0, and prints the usage, for other arguments.
+static inline int read_arguments(int argc, char** argv, const char** device, const char** address) {
+  int i = 1;
+  *device = *address = NULL;
+  if (argc > 2 && strcmp(argv[1], "--device") == 0) {
+    *device = argv[2];
+    i = 3;
+  }
+  if (i < argc && argv[i][0] != '-') *address = argv[i++];
+  if (i < argc) fprintf(stderr, "usage: %s [--device NAME] [PATH | udp:127.0.0.1:PORT]\n", argv[0]);
+  return i >= argc;
+}
+
 // Opens the library that the variable names, or `usual`. NULL, and a line on stderr, if it cannot be opened.
 static inline void* open_library(const char* variable, const char* usual) {
   const char* const named = getenv(variable);

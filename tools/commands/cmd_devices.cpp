@@ -1,12 +1,15 @@
 // filiform devices: lists the devices that are plugged in, says what they lack, and tests them.
 #include "device/check/found_devices.h"
 #include "device/factory/device_factory.h"
+#include "device/falcon/falcon.h"
 #include "device/haply/simulated_haply_server.h"
 #include "device/usb/usb_recording.h"
 #include "index/errors.h"
 #include "index/output.h"
 #include "index/text.h"
+#include "solver/loop/device_setup.h"
 #include "solver/loop/device_test.h"
+#include "solver/workspace/button_map.h"
 #include "tools/commands/commands.h"
 #include "tools/program/interruption.h"
 #include "tools/program/output_check.h"
@@ -30,7 +33,7 @@ namespace filiform::tools {
 namespace {
 
 struct DevicesArguments {
-  bool json = false, test = false;
+  bool json = false, test = false, setup = false;
   std::string device, record, report;
   std::optional<int> simulated_port;
 };
@@ -42,7 +45,7 @@ struct Recognised {
 };
 
 constexpr Recognised kRecognised[] = {
-    {"0403:cb48", "Novint Falcon", "falcon[:FIRMWARE]"},
+    {"0403:cb48", "Novint Falcon", "falcon[:FIRMWARE][,SOCKET]"},
     {"046d:c6xx, 256f:*", "3Dconnexion mice with six axes, and their receivers", "spacemouse[:SOCKET]"},
     {"/dev/input", "gamepads of the kernel's input system", "gamepad[:NODE]"},
     {"-", "Haply Inverse3, through the Haply Inverse Service", "haply[:HOST:PORT][,ID]"},
@@ -58,6 +61,7 @@ std::string idsOf(const UsbDeviceInfo& info) {
 const char* const kServiceRemedy =
     "needed for a Haply Inverse3 only: install the Haply Inverse Service, then systemctl start haply-inverse-service; "
     "FILIFORM_HAPLY_SERVICE=HOST:PORT names one elsewhere";
+constexpr double kServiceTime_s = 0.5;
 const char* const kNoDeviceRemedy = "connect the USB cable and the power supply of the Inverse3";
 
 const char* serviceState(const HaplyServiceState& service) {
@@ -79,6 +83,7 @@ void printTable(const std::vector<FoundDevice>& found, const std::string& refusa
     std::cout << device.kind;
     if (!device.info.product_name.empty()) std::cout << " (" << escaped(device.info.product_name) << ')';
     std::cout << "\n  use      --device " << escaped(device.device) << "\n  state    " << device.state << '\n';
+    if (!device.settings.empty()) std::cout << "  settings " << inShort(device.settings) << '\n';
     if (!device.remedy.empty()) std::cout << "  missing  " << device.remedy << '\n';
   }
   if (found.empty()) {
@@ -99,6 +104,7 @@ nlohmann::ordered_json asJson(const FoundDevice& device) {
                               {"device", device.device},
                               {"state", device.state},
                               {"remedy", nullptr}};
+  if (!device.settings.empty()) json["settings"] = device.settings;
   if (!device.remedy.empty()) json["remedy"] = device.remedy;
   if (device.info.bus_path.empty()) json["bus_path"] = json["ids"] = nullptr;
   return json;
@@ -115,6 +121,7 @@ nlohmann::ordered_json asJson(const DeviceCheck& c) {
           {"force_N", c.force_N},
           {"moved_m", {c.moved_m.x(), c.moved_m.y(), c.moved_m.z()}},
           {"stopped", c.stopped},
+          {"wrong_direction", c.wrong_direction},
           {"refusals", c.refusals}};
 }
 
@@ -137,6 +144,7 @@ void print(std::ostream& out, const std::string& device, const DeviceCapabilitie
   } else {
     out << "not rendered by this device\n";
   }
+  if (!c.wrong_direction.empty()) out << "  wrong    " << escaped(c.wrong_direction) << '\n';
   if (c.walk) printWalk(out, *c.walk, capabilities.peak_force_N > 0);
   for (const std::string& refusal : c.refusals) out << "  note     " << refusal << '\n';
 }
@@ -145,8 +153,8 @@ void print(std::ostream& out, const std::string& device, const DeviceCapabilitie
 std::string fileOf(const std::string& device) {
   const std::size_t colon = device.find(':');
   const std::string kind = device.substr(0, colon);
-  return colon != std::string::npos && (kind == "falcon" || kind == "replay") ? withoutDirect(device).substr(colon + 1)
-                                                                              : "";
+  if (kind == "falcon") return falconOptions(withoutDirect(device).substr(6)).firmware;
+  return colon != std::string::npos && kind == "replay" ? device.substr(colon + 1) : "";
 }
 
 // Keeps the traffic of a test that fails, because the traffic shows the reason. An older file stays.
@@ -185,6 +193,40 @@ int simulateHaply(int port) {
   return 0;
 }
 
+// The device that was named, else the first that is ready.
+std::string chosenDevice(const std::string& named, const std::vector<FoundDevice>& found, const std::string& refusal) {
+  if (!named.empty()) return named;
+  if (found.empty())
+    throw DeviceError(refusal.empty() ? "no device is plugged in; filiform devices --test sim:medium tries the test "
+                                        "without hardware"
+                                      : refusal);
+  const auto ready = std::find_if(found.begin(), found.end(), [](const FoundDevice& d) { return d.state == "ready"; });
+  return (ready != found.end() ? *ready : found.front()).device;
+}
+
+bool hasHandle(const std::string& device) {
+  return !device.starts_with("sim") && !device.starts_with("replay:") && device != "null";
+}
+
+int setUp(const std::string& spec) {
+  static_cast<void>(savedButtons(""));  // a damaged file is refused before the walk
+  const std::unique_ptr<HapticDevice> device = makeDevice(spec);
+  DeviceSetupOptions options;
+  options.check.tell = [](const std::string& text) { std::cerr << text << '\n'; };
+  options.check.poll = [] { throwIfInterrupted(); };
+  options.ask = [](const std::string& question) {
+    std::string answer;
+    std::cerr << question << std::flush;
+    std::getline(std::cin, answer);
+    return answer;
+  };
+  const ButtonMap map = setUpDevice(*device, options);
+  saveButtons(device->capabilities().name, map);
+  std::cout << escaped(device->capabilities().name) << ": " << buttonsText(map) << "; saved in " << buttonsFile()
+            << "\nnow travel: filiform view SCENE --device " << escaped(spec) << '\n';
+  return 0;
+}
+
 int runDevices(const DevicesArguments& a) {
   if (a.simulated_port) return simulateHaply(*a.simulated_port);
   std::vector<FoundDevice> found;
@@ -196,7 +238,7 @@ int runDevices(const DevicesArguments& a) {
   }
   for (FoundDevice& pad : findPads()) found.push_back(std::move(pad));
   for (FoundDevice& bridge : findBridgedDevices()) found.push_back(std::move(bridge));
-  const HaplyServiceState service = askHaplyService(haplyOptions(""));
+  const HaplyServiceState service = askHaplyService(haplyOptions(""), kServiceTime_s, true);
   for (FoundDevice& device : devicesOf(service)) found.push_back(std::move(device));
   nlohmann::ordered_json json{{"devices", nlohmann::ordered_json::array()},
                               {"recognised", nlohmann::ordered_json::array()},
@@ -216,19 +258,10 @@ int runDevices(const DevicesArguments& a) {
 
   if (!a.record.empty() && !a.test) throw UsageError("--record needs --test: it writes the traffic of the test");
   if (!a.report.empty() && !a.test) throw UsageError("--report needs --test: it writes the results of the test");
+  if (a.setup) return setUp(chosenDevice(a.device, found, refusal));
   if (!a.test && !a.json) printTable(found, refusal, service);
   if (a.test) {
-    std::string spec = a.device;
-    if (spec.empty()) {
-      if (found.empty())
-        throw DeviceError(refusal.empty()
-                              ? "no device is plugged in; filiform devices --test sim:medium tries the test without "
-                                "hardware"
-                              : refusal);
-      const auto ready =
-          std::find_if(found.begin(), found.end(), [](const FoundDevice& d) { return d.state == "ready"; });
-      spec = (ready != found.end() ? *ready : found.front()).device;
-    }
+    const std::string spec = chosenDevice(a.device, found, refusal);
     std::vector<NamedPath> outputs{{"--record", a.record}, {"--report", a.report}};
     if (a.json) outputs.push_back({"--json", "-"});
     checkOutputs({{"--test", fileOf(spec)}}, outputs);
@@ -246,6 +279,7 @@ int runDevices(const DevicesArguments& a) {
     DeviceCheckOptions options;
     options.tell = [](const std::string& text) { std::cerr << text << '\n'; };
     options.poll = [] { throwIfInterrupted(); };
+    options.directions = hasHandle(spec);
     if (report) options.walk.emplace();
     if (report && spec.starts_with("sim"))  // no person has to read or to move the hand
       options.walk->workspace_s = options.walk->damping_s = options.walk->pause_s = 0.5;
@@ -276,7 +310,8 @@ void addDevices(CLI::App& app, Chosen& chosen) {
   auto a = std::make_shared<DevicesArguments>();
   CLI::App* command = app.add_subcommand("devices", "List the devices that are plugged in; test one");
   command->footer(
-      "Example:\n  filiform devices\n  filiform devices --test falcon:falcon.bin\n  filiform devices --test "
+      "Example:\n  filiform devices\n  filiform devices --setup haply\n  filiform devices --test falcon:falcon.bin\n  "
+      "filiform devices --test "
       "sim:medium --json\n  filiform devices --simulate-haply &\nThe test homes the device and reads it for a second. "
       "If the device renders force, the test "
       "then ramps half a newton along x, y and z.\n--report also tests workspace, gravity, springs, damping and "
@@ -293,6 +328,17 @@ void addDevices(CLI::App& app, Chosen& chosen) {
           "test a device: the one named, or the first that is plugged in")
       ->expected(0, 1)
       ->type_name("[DEVICE]");
+  command
+      ->add_option_function<std::string>(
+          "--setup",
+          [a](const std::string& device) {
+            a->setup = true;
+            a->device = device;
+          },
+          "set a device up with you: push its handle, press its buttons, name their actions; saves them for view")
+      ->expected(0, 1)
+      ->excludes("--test", "--json")
+      ->type_name("[DEVICE]");
   command->add_option("-o,--output,--record", a->record, "write the USB traffic of the test (device/PROTOCOL.md)")
       ->type_name("FILE");
   command
@@ -307,7 +353,7 @@ void addDevices(CLI::App& app, Chosen& chosen) {
           "10001; 0: a free one")
       ->expected(0, 1)
       ->check(CLI::Range(0, 65535))
-      ->excludes("--test", "--json", "--report", "--record")
+      ->excludes("--test", "--setup", "--json", "--report", "--record")
       ->type_name("[PORT]");
   command->callback([a, &chosen] { chosen = [a] { return runDevices(*a); }; });
 }

@@ -7,6 +7,7 @@
 #include "index/set/tile_set.h"
 #include "index/text.h"
 #include "solver/force/force_hold.h"
+#include "solver/workspace/button_map.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/shared/colouring.h"
 #include "tools/commands/shared/follow.h"
@@ -42,7 +43,7 @@ struct ViewArguments {
   double zoom_um = 300, leap = 1;
   std::optional<double> seconds, stiffness_N_m;
   std::uint64_t segments = 0;
-  std::string theme, colour_by;
+  std::string theme, colour_by, buttons;
   bool reset = false, keys = false, web = false;
 };
 
@@ -137,7 +138,7 @@ int runView(const ViewArguments& a) {
     if (follow) follow->throwIfRefused();
   };
   if (a.device.starts_with("replay:"))
-    for (const char* const option : {"--method", "--zoom", "--leap", "--stiffness"})
+    for (const char* const option : {"--method", "--zoom", "--leap", "--stiffness", "--buttons"})
       if (std::find(a.given.begin(), a.given.end(), option) != a.given.end())
         throw UsageError(std::string(option) + ": leave it out; a replay shows the travel as it was recorded");
   if (follow)
@@ -161,6 +162,12 @@ int runView(const ViewArguments& a) {
   options.session.zoom_um = a.zoom_um;
   options.session.leap = a.leap;
   options.session.stiffness_N_m = a.stiffness_N_m;
+  std::optional<ButtonMap> buttons;
+  if (!a.buttons.empty()) buttons = parseButtons(a.buttons);
+  if (buttons && a.device == "mouse") throw UsageError("--buttons is for a device with buttons: give --device too");
+  options.session.buttons = [buttons](const DeviceCapabilities& can) {
+    return buttons ? buttons : savedButtons(can.name);
+  };
   if (!a.budget.empty()) options.session.budget_bytes = parseBytes("--budget", a.budget);
   options.session.record = a.record;
   if (!a.size.empty()) options.size = windowSize(a.size);
@@ -206,6 +213,11 @@ void addView(CLI::App& app, Chosen& chosen) {
       ->capture_default_str()
       ->check(CLI::Range(0.0, 1.0));
   command->add_option("--stiffness", a->stiffness_N_m, "stiffness of the spring to the proxy, N/m");
+  command
+      ->add_option("--buttons", a->buttons,
+                   "give the device's buttons these actions: " + buttonActionNames() +
+                       "; default: what filiform devices --setup has saved, or by the number of buttons")
+      ->type_name("0=ACTION,...");
   command->add_option("--budget", a->budget,
                       "use at most this memory for the tiles near the hand, such as 64MiB; default: no limit");
   command->add_option("--segments", a->segments, "draw at most N segments; default: by the time of frames");

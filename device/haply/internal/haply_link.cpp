@@ -7,9 +7,9 @@
 
 namespace filiform::internal {
 
-std::string askVersion(const MakeStream& connect, const std::string& host, double timeout_s) {
+std::string askService(const MakeStream& connect, const std::string& host, const std::string& path, double timeout_s) {
   const std::unique_ptr<ByteStream> stream = connect();
-  HttpAnswer answer = askHttp(*stream, "GET /version HTTP/1.1\r\nHost: " + host + "\r\nConnection: close\r\n\r\n",
+  HttpAnswer answer = askHttp(*stream, "GET " + path + " HTTP/1.1\r\nHost: " + host + "\r\nConnection: close\r\n\r\n",
                               stream->time_s() + timeout_s);
   return answer.status == 200 ? std::move(answer.rest) : "";
 }

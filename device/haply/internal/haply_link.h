@@ -14,9 +14,9 @@ namespace filiform::internal {
 
 using MakeStream = std::function<std::unique_ptr<ByteStream>()>;
 
-// The body of the service's answer to GET /version, for dialectFor() and for people. Empty if it gives none within
-// timeout_s (s). Throws what `connect` throws.
-std::string askVersion(const MakeStream& connect, const std::string& host, double timeout_s);
+// The body of the service's answer to GET PATH, such as /version, for dialectFor() and for people. Empty if it gives
+// none within timeout_s (s). Throws what `connect` throws.
+std::string askService(const MakeStream& connect, const std::string& host, const std::string& path, double timeout_s);
 
 class HaplyLink {
  public:

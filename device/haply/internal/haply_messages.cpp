@@ -187,6 +187,7 @@ bool readInventory(std::string_view text, HaplyInventory& inventory) {
         read.devices.push_back(device);
       else
         read.grips.push_back(device.id);
+      if (read.buttons == 0 && !read.grips.empty()) read.buttons = key == "verse_grip" ? 1 : 3;
     });
   });
   if (!is_object || !in.atEnd()) return false;

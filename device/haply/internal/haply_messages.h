@@ -57,6 +57,7 @@ struct HaplyInventory {
   };
   std::vector<Device> devices;
   std::vector<std::string> grips;
+  int buttons = 0;  // of the first grip: a VerseGrip has one, a wireless one three
 };
 // Reads the devices of the first message of a session. Returns false if the text is not a JSON object.
 bool readInventory(std::string_view text, HaplyInventory& inventory);

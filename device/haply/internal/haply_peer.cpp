@@ -24,8 +24,12 @@ bool HaplyPeer::takeHead(std::string& out) {
   const std::string rest = head_.substr(end + 4);
   head_.resize(end + 2);
   const std::string_view key = headerField(head_, "sec-websocket-key");
-  if (head_.starts_with("GET /version ")) {
-    const std::string body = "{\"version\":\"" + service_.options().version + "\"}";
+  std::string body;
+  if (head_.starts_with("GET /version ")) body = "{\"version\":\"" + service_.options().version + "\"}";
+  for (const auto& [name, value] : service_.options().settings)
+    for (const std::string& id : service_.options().devices)
+      if (head_.starts_with("GET /inverse3/" + id + "/config/" + name + " ")) body = value;
+  if (!body.empty()) {
     out += "HTTP/1.1 200 OK\r\nContent-Type: application/json\r\nContent-Length: " + std::to_string(body.size()) +
            "\r\n\r\n" + body;
     return false;

@@ -124,17 +124,22 @@ internal::NavigationChoice Session::Impl::choose(TileId tile_count) {
     options.method = recorded.method;
     options.stiffness_N_m = recorded.stiffness_N_m;
     options.rate_Hz = recorded.rate_Hz;
+    options.buttons = [map = recorded.buttons](const DeviceCapabilities&) { return map; };
     period_s = 1.0 / options.rate_Hz;
     replayed = std::move(recorded.commands);
   }
   // Opened before the choice, because some devices measure their limits then.
   if (!options.record.empty()) record();
   device->open();
-  return internal::chooseNavigation(device.capabilities(), {.held_device = handNameOf(device.heldDevice()),
-                                                            .period_s = period_s,
-                                                            .zoom_um = options.zoom_um,
-                                                            .stiffness_N_m = options.stiffness_N_m,
-                                                            .leap = options.leap});
+  const DeviceCapabilities& can = device.capabilities();
+  const std::optional<ButtonMap> buttons = options.buttons ? options.buttons(can) : std::nullopt;
+  if (buttons && device.replay() == nullptr && options.device != "mouse") requireButtons(*buttons, can);
+  return internal::chooseNavigation(can, {.held_device = handNameOf(device.heldDevice()),
+                                          .period_s = period_s,
+                                          .zoom_um = options.zoom_um,
+                                          .stiffness_N_m = options.stiffness_N_m,
+                                          .leap = options.leap,
+                                          .buttons = buttons});
 }
 
 void Session::Impl::record() {
@@ -210,6 +215,7 @@ void Session::Impl::finishRecording() {
                                                     .rate_Hz = options.rate_Hz,
                                                     .leap = options.leap,
                                                     .method = options.method,
+                                                    .buttons = choice.navigation.buttons,
                                                     .commands = commanded});
   if (failure) std::rethrow_exception(failure);
 }

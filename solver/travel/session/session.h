@@ -28,6 +28,7 @@
 #include "solver/loop/loop_metrics.h"
 #include "solver/travel/hand/shared_tiles.h"
 #include "solver/travel/session/pointing.h"
+#include "solver/workspace/button_map.h"
 #include "solver/workspace/navigation_link.h"
 #include "solver/workspace/workspace.h"
 
@@ -48,7 +49,9 @@ struct SessionOptions {
   double zoom_um = 300;  // world across 0.12 m of device
   double leap = 1;       // 0 to 1: see NavigationOptions
   double rate_Hz = 1000;
-  std::optional<double> stiffness_N_m{};        // none: 200, with the loose hand 50; hardware: defaultStiffness()
+  std::optional<double> stiffness_N_m{};  // none: 200, with the loose hand 50; hardware: defaultStiffness()
+  // The buttons of a device that was opened; none: defaultButtons(). A replay takes them from its recording.
+  std::function<std::optional<ButtonMap>(const DeviceCapabilities&)> buttons{};
   bool in_memory = false;                       // the store has all tiles in memory (a small scene): no reads
   std::optional<std::uint64_t> budget_bytes{};  // of decoded tiles; none: unlimited
   // The tiles of a host that ticks this session and others; budget_bytes is then ignored. They must outlive the

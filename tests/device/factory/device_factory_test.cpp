@@ -25,7 +25,8 @@ TEST(DeviceFactory, MakesEveryDeviceItOffers) {
     EXPECT_EQ(device->status(), DeviceStatus::closed);
   }
   EXPECT_NE(dynamic_cast<NullDevice*>(makeDevice("null").get()), nullptr);
-  for (const char* spec : {"falcon,direct", "falcon:,direct", "falcon:/no/such/file,direct"})
+  for (const char* spec : {"falcon,direct", "falcon:,direct", "falcon:/no/such/file,direct", "falcon,1-2,direct",
+                           "falcon:/no/such/file,1-2,direct"})
     EXPECT_NE(dynamic_cast<Falcon*>(makeDevice(spec).get()), nullptr) << spec;
 
   for (const char* spec : {"spacemouse", "spacemouse:1-2"}) {

@@ -122,7 +122,8 @@ TEST(Falcon, TwoDevicesAreToldApartByTheirSockets) {
   falcon.exchange({});
   EXPECT_TRUE(left.received().empty());
   EXPECT_FALSE(right.received().empty());
-  Falcon other(usb);
+  EXPECT_TRUE(holds(test::whatOf<DeviceError>([&] { Falcon(usb).open(); }), "name one by its USB socket"));
+  Falcon other(usb, falconOptions(",1-1"));
   other.open();
   EXPECT_FALSE(left.received().empty());
   EXPECT_TRUE(holds(test::whatOf<DeviceError>([&] { Falcon(usb, {.bus_path = "9-9"}).open(); }), "9-9"));

@@ -149,5 +149,106 @@ TEST(Navigation, TheStylusTurnsTheSceneAboutTheProxyWhileTheClutchIsHeld) {
   }
 }
 
+// The one-button grip of the README: a click changes the mode; held, the wrist turns and its roll zooms.
+TEST(Navigation, OneButtonTurnsZoomsAndChangesTheMode) {
+  NavigationOptions options;
+  options.buttons = {ButtonAction::mode_turn};
+  Scene scene(options);
+  scene.command(Kind::jump, scene.somewhere());
+  Navigation& navigation = *scene.navigation;
+  const auto hold = [&](std::uint32_t buttons, int ticks, const Vector3d& axis = Vector3d::UnitY()) {
+    for (int i = 0; i < ticks; ++i)
+      navigation.tick(stylusAt(Eigen::Quaterniond(Eigen::AngleAxisd(0.001 * i, axis)), buttons), kDt_s);
+  };
+  const auto turned = [&] { return Eigen::AngleAxisd(navigation.workspace().rotationMatrix()).angle(); };
+  hold(1, 200);
+  EXPECT_EQ(navigation.mode(), NavigationMode::constrained) << "not before it is released";
+  hold(0, 50);
+  EXPECT_EQ(navigation.mode(), NavigationMode::free) << "a click";
+  EXPECT_EQ(turned(), 0);
+  hold(1, 200);
+  hold(0, 50);
+  NavigationSnapshot snapshot;
+  navigation.fill(snapshot);
+  EXPECT_EQ(snapshot.asked_constrain, 1U);
+  hold(1, 700);
+  EXPECT_NEAR(turned(), 0.4, 0.01) << "held: from the end of a click's time on";
+  EXPECT_NEAR(navigation.workspace().zoom_um(), 300, 1e-9);
+  hold(0, 50);
+  EXPECT_EQ(navigation.mode(), NavigationMode::free) << "the end of a turn is no click";
+  const double angle = turned();
+  hold(1, 1100, -Vector3d::UnitZ());
+  EXPECT_NEAR(turned(), angle, 1e-9);
+  EXPECT_NEAR(navigation.workspace().zoom_um(), 150, 3) << "0.8 rad clockwise: twice as near";
+}
+
+TEST(Navigation, AHeldZoomButtonZoomsOutAndAClickZoomsIn) {
+  NavigationOptions options;
+  options.buttons = {ButtonAction::zoom};
+  Scene scene(options);
+  const auto zoomAfter = [&](std::uint32_t buttons, int ticks) {
+    for (int i = 0; i < ticks; ++i) scene.navigation->tick(handAt(Vector3d::Zero(), buttons), kDt_s);
+    return scene.navigation->workspace().zoom_um();
+  };
+  EXPECT_EQ(zoomAfter(1, 250), 300);
+  EXPECT_EQ(zoomAfter(0, 250), 150);
+  EXPECT_EQ(zoomAfter(1, 300), 150);
+  EXPECT_NEAR(zoomAfter(1, 1000), 600, 10) << "twice in 0.5 s";
+  const double zoom_um = scene.navigation->workspace().zoom_um();
+  EXPECT_EQ(zoomAfter(0, 100), zoom_um) << "no click";
+}
+
+TEST(Navigation, AButtonThatBouncesActsOnce) {
+  Scene scene;
+  scene.command(Kind::jump, scene.somewhere());
+  const auto tick = [&](std::uint32_t buttons, int ticks) {
+    for (int i = 0; i < ticks; ++i) scene.navigation->tick(handAt(Vector3d::Zero(), buttons), kDt_s);
+  };
+  for (const std::uint32_t buttons : {1, 0, 1, 0, 1}) tick(buttons, 1);
+  tick(1, 100);
+  for (const std::uint32_t buttons : {0, 1, 0}) tick(buttons, 1);
+  tick(0, 100);
+  NavigationSnapshot snapshot;
+  scene.navigation->fill(snapshot);
+  EXPECT_EQ(snapshot.mode, NavigationMode::free);
+  EXPECT_EQ(snapshot.asked_constrain, 0U);
+  tick(1, 1);
+  scene.navigation->fill(snapshot);
+  EXPECT_EQ(snapshot.asked_constrain, 1U) << "at once";
+}
+
+// While the hand carries the scene, no force acts, the proxy keeps its place, and the picture does not jump.
+TEST(Navigation, ACarriedSceneFollowsTheHandWithoutForce) {
+  for (const ButtonAction action : {ButtonAction::carry, ButtonAction::turn}) {
+    NavigationOptions options;
+    options.buttons = {ButtonAction::none, action};
+    Scene scene(options);
+    scene.command(Kind::jump, scene.somewhere());
+    Navigation& navigation = *scene.navigation;
+    const Vector3d pulled_D(0.004, 0.02, -0.003);
+    NavigationTick last;
+    for (int i = 0; i < 2000; ++i) last = navigation.tick(handAt(pulled_D, 0), kDt_s);
+    const double pulled_N = last.wrench.force_N.norm();
+    ASSERT_GT(pulled_N, 0.5);
+    const ProxyPlace place = navigation.place();
+    Vector3d h_D = pulled_D, p_D = last.p_D;
+    for (int i = 0; i < 500; ++i) {
+      h_D += Vector3d(1e-4, 0, 5e-5);
+      const NavigationTick& tick = navigation.tick(handAt(h_D, 2), kDt_s);
+      ASSERT_LT((tick.p_D - p_D).norm(), 1.2e-4 + 0.03 * (pulled_D - last.p_D).norm()) << i << ": no jump";
+      ASSERT_LE(tick.wrench.force_N.norm(), pulled_N + 1e-9);
+      if (i > 200) {
+        ASSERT_EQ(tick.wrench.force_N.norm(), 0) << i;
+      }
+      ASSERT_FALSE(tick.solved);
+      p_D = tick.p_D;
+    }
+    EXPECT_EQ(navigation.place().p_W, place.p_W);
+    EXPECT_LT((p_D - h_D).norm(), 1e-4) << "the proxy lies at the hand";
+    for (int i = 0; i < 1000; ++i)
+      ASSERT_LT(navigation.tick(handAt(h_D, 0), kDt_s).wrench.force_N.norm(), 0.1) << "nothing pulls afterwards";
+  }
+}
+
 }  // namespace
 }  // namespace filiform

@@ -1,10 +1,12 @@
 #include "device/check/found_devices.h"
+#include "device/factory/device_factory.h"
 #include "device/simulated/null_device.h"
 #include "device/simulated/simulated_hand.h"
 #include "solver/loop/device_test.h"
 #include "tests/support/devices/fake_usb.h"
 #include "tests/support/process.h"
 #include "tests/support/temp_folder.h"
+#include "tests/support/what_of.h"
 
 #include <cstdlib>
 
@@ -44,6 +46,28 @@ TEST(Devices, FindsWhatThisBuildHasADriverFor) {
   setenv("FILIFORM_FALCON_FIRMWARE", folder.file("none").c_str(), 1);
   EXPECT_EQ(findDevices(usb)[0].state, "no_firmware");
   unsetenv("FILIFORM_FALCON_FIRMWARE");
+}
+
+TEST(Devices, TwoFalconsAreToldApartBySocketOrSerialNumber) {
+  FakeUsb usb;
+  usb.plug(test::fakeBulkDevice(0x0403, 0xcb48, "1-2", "FALCON HAPTIC"));
+  UsbDeviceInfo second = test::fakeBulkDevice(0x0403, 0xcb48, "1-4.1", "FALCON HAPTIC");
+  second.serial = "FL77";
+  usb.plug(second);
+  const std::vector<FoundDevice> found = findDevices(usb);
+  ASSERT_EQ(found.size(), 2U);
+  EXPECT_EQ(found[0].device, "falcon,1-2");
+  EXPECT_EQ(found[1].device, "falcon,1-4.1");
+  for (const char* device : {"falcon", "falcon,1-4.1", "falcon,FL77", "falcon:firmware.bin,FL77"})
+    EXPECT_TRUE(isPluggedIn(usb, device)) << device;
+  EXPECT_FALSE(isPluggedIn(usb, "falcon,1-3"));
+  const auto refusal = [&usb](const char* device) {
+    return test::whatOf<DeviceError>([&] { makeDevice(device, {.usb = &usb})->open(); });
+  };
+  EXPECT_EQ(refusal("falcon"),
+            "several Falcons are plugged in: name one by its USB socket, as in falcon,1-2 or falcon,1-4.1");
+  EXPECT_NE(refusal("falcon,1-3").find("no Novint Falcon (USB 0403:cb48) is plugged in at 1-3"), std::string::npos);
+  EXPECT_EQ(refusal("falcon,FL77").find("several"), std::string::npos);
 }
 
 TEST(Devices, SaysWhetherWhatWasAskedForIsPluggedIn) {

@@ -39,8 +39,7 @@ NavigationChoice chooseNavigation(const DeviceCapabilities& can, const Navigatio
   navigation.rate_control = can.rate_control;
   navigation.local_model = can.renders_model;
   navigation.has_stylus = can.senses_orientation;
-  // The second button of a stylus, or its only one, is the clutch.
-  if (can.senses_orientation && can.buttons > 0) navigation.buttons[can.buttons > 1 ? 1 : 0] = ButtonAction::turn;
+  navigation.buttons = wish.buttons.value_or(defaultButtons(can));
   return choice;
 }
 

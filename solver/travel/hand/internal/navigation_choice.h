@@ -24,6 +24,7 @@ struct NavigationWish {
   std::optional<double> stiffness_N_m{};  // none: 200, with the loose hand 50; hardware: defaultStiffness()
   std::optional<bool> passivity{};        // none: on unless the stiffness is below the bound
   double leap = 1;                        // see NavigationOptions
+  std::optional<ButtonMap> buttons{};     // none: defaultButtons()
 };
 
 struct NavigationChoice {

@@ -79,6 +79,7 @@ SessionCommands readSessionCommands(const std::string& path, TileId tile_count) 
     session.stiffness_N_m = json.at("stiffness_N_m").get<double>();
     session.rate_Hz = json.at("rate_Hz").get<double>();
     session.leap = json.value("leap", 1.0);
+    if (json.contains("buttons")) session.buttons = parseButtons(json.at("buttons").get<std::string>(), inShort(path));
     for (const auto& one : json.at("commands")) session.commands.push_back(fromJson(one));
   } catch (const nlohmann::json::exception& error) {
     throw InputError(inShort(path) + ": not the commands of a session: " + error.what());
@@ -98,6 +99,7 @@ void writeSessionCommands(const std::string& path, const SessionCommands& comman
                    {"stiffness_N_m", commands.stiffness_N_m},
                    {"rate_Hz", commands.rate_Hz},
                    {"leap", commands.leap}};
+  if (commands.buttons) json["buttons"] = buttonsText(*commands.buttons);
   json["commands"] = SessionJson::array();
   for (const SessionCommand& one : commands.commands) json["commands"].push_back(toJson(one));
   Output out(path);

@@ -4,9 +4,11 @@
 
 #include "index/tile/tile.h"
 #include "solver/proxy/proxy_solver.h"
+#include "solver/workspace/button_map.h"
 #include "solver/workspace/navigation_link.h"
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,6 +22,7 @@ struct SessionCommand {
 struct SessionCommands {
   double zoom_um = 0, stiffness_N_m = 0, rate_Hz = 0, leap = 1;
   SolverMethod method = SolverMethod::climb;
+  std::optional<ButtonMap> buttons{};      // none: an older file
   std::vector<SessionCommand> commands{};  // in order
 };
 

@@ -90,7 +90,7 @@ TEST(NavigationChoice, TheWorkspaceIsTheDevicesBox) {
   EXPECT_TRUE(choice.navigation.rate_control);
 }
 
-TEST(NavigationChoice, TheSecondButtonOfAStylusIsTheClutchAndItsModelIsSent) {
+TEST(NavigationChoice, TheClutchOfAStylusIsReachableAndItsModelIsSent) {
   DeviceCapabilities can = simulated();
   can.buttons = 3;
   EXPECT_EQ(chooseNavigation(can, {.held_device = "sim"}).navigation.buttons[1], ButtonAction::centre);
@@ -102,7 +102,9 @@ TEST(NavigationChoice, TheSecondButtonOfAStylusIsTheClutchAndItsModelIsSent) {
   EXPECT_TRUE(choice.navigation.has_stylus);
   EXPECT_TRUE(choice.navigation.local_model);
   can.buttons = 1;
-  EXPECT_EQ(chooseNavigation(can, {.held_device = "sim"}).navigation.buttons[0], ButtonAction::turn);
+  EXPECT_EQ(chooseNavigation(can, {.held_device = "sim"}).navigation.buttons[0], ButtonAction::mode_turn);
+  const ButtonMap wished{ButtonAction::carry};
+  EXPECT_EQ(chooseNavigation(can, {.held_device = "sim", .buttons = wished}).navigation.buttons, wished);
 }
 
 }  // namespace

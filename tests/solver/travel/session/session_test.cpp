@@ -10,6 +10,7 @@
 #include "tests/support/scenes/counting_store.h"
 #include "tests/support/scenes/random_cells.h"
 #include "tests/support/temp_folder.h"
+#include "tests/support/what_of.h"
 
 #include <algorithm>
 #include <chrono>
@@ -195,7 +196,7 @@ class TurningDevice : public HapticDevice {
     ++exchanges_;
     state_.time_s = 0.001 * exchanges_;
     state_.orientation_D = Eigen::Quaterniond(Eigen::AngleAxisd(0.001 * exchanges_, Vector3d(1, 2, 3).normalized()));
-    state_.buttons = exchanges_ / 100 % 2 == 0 ? 0U : 2U;
+    state_.buttons = exchanges_ < 150 || exchanges_ % 500 < 50 ? 0U : 2U;
     state_.sent_N = wrench.force_N;
     return state_;
   }
@@ -206,27 +207,30 @@ class TurningDevice : public HapticDevice {
   int exchanges_ = 0;
 };
 
-TEST_F(Sessions, TurnsOfTheStylusAreReplayedToTheBit) {
+void expectReplayWithButtons(const TileStore& store, const std::string& map) {
   const test::TempFolder folder;
   const std::string file = folder / "turns.rec";
   std::vector<NavigationSnapshot> seen;
   {
-    Session session(*store_,
+    Session session(store,
                     {.device = "turning",
                      .stiffness_N_m = {},
+                     .buttons = [&map](const DeviceCapabilities&) { return parseButtons(map); },
                      .in_memory = true,
                      .budget_bytes = {},
                      .record = file,
                      .make_device = [](const std::string&, double) { return std::make_unique<TurningDevice>(); }});
-    session.jump(near({5, 5, 5}));
+    session.jump(placeNear(store, {5, 5, 5}));
     for (int i = 0; i < 10; ++i) {
       session.advance(77);
       seen.push_back(session.update());
     }
     session.finish();
   }
-  EXPECT_GT(seen.back().rotation_WD.angularDistance(seen.front().rotation_WD), 0.1);
-  Session replay(*store_, {.device = "replay:" + file, .in_memory = true});
+  const NavigationSnapshot &first = seen.front(), &last = seen.back();
+  EXPECT_EQ(last.rotation_WD.angularDistance(first.rotation_WD) > 0.05, map.find("turn") != std::string::npos) << map;
+  EXPECT_EQ(last.zoom_um != first.zoom_um, map == "1=mode-turn" || map == "1=zoom") << map;
+  Session replay(store, {.device = "replay:" + file, .in_memory = true});
   std::uint64_t ticks = 0;
   for (const NavigationSnapshot& expected : seen) {
     replay.advance(expected.tick - ticks);
@@ -236,7 +240,22 @@ TEST_F(Sessions, TurnsOfTheStylusAreReplayedToTheBit) {
     EXPECT_EQ(got.stylus_D.coeffs(), expected.stylus_D.coeffs());
     EXPECT_EQ(got.rotation_WD.coeffs(), expected.rotation_WD.coeffs());
     EXPECT_EQ(got.p_W, expected.p_W);
+    EXPECT_EQ(got.h_W, expected.h_W) << map;
+    EXPECT_EQ(got.zoom_um, expected.zoom_um) << map;
   }
+}
+
+TEST_F(Sessions, TurnsOfTheStylusAreReplayedToTheBit) {
+  for (const char* const map : {"1=turn", "1=turn-moving", "1=mode-turn", "0=mode,1=carry", "1=zoom"})
+    expectReplayWithButtons(*store_, map);
+}
+
+TEST_F(Sessions, ButtonsThatTheDeviceLacksAreRefused) {
+  SessionOptions options{.device = "turning", .in_memory = true};
+  options.make_device = [](const std::string&, double) { return std::make_unique<TurningDevice>(); };
+  options.buttons = [](const DeviceCapabilities&) { return parseButtons("5=turn"); };
+  EXPECT_EQ(test::whatOf<UsageError>([&] { const Session session(*store_, options); }),
+            "button 5=turn: turning has 2 buttons, 0 to 1; change --buttons, or run filiform devices --setup");
 }
 
 TEST_F(Sessions, ARecordingThatDoesNotFitIsRefused) {
