@@ -264,12 +264,14 @@ struct BridgeDevice::Impl {
   }
 
   void takeAdvice(const char* text) noexcept {
+    std::array<char, FB_TEXT_BYTES> said{};
+    for (std::size_t i = 0; i + 1 < said.size() && text[i] != '\0'; ++i)
+      said[i] = static_cast<unsigned char>(text[i]) < 0x20 || text[i] == 0x7f ? '?' : text[i];
     const auto end = advices.begin() + static_cast<std::ptrdiff_t>(advice_count);
-    auto at =
-        std::find_if(advices.begin(), end, [text](const auto& old) { return std::strcmp(old.data(), text) == 0; });
+    const auto at = std::find(advices.begin(), end, said);
     if (at == end && advice_count == kMostAdvice) return;
     if (at == end) {
-      std::strncpy(at->data(), text, FB_TEXT_BYTES - 1);
+      *at = said;
       ++advice_count;
     }
     advice.store(at->data(), std::memory_order_release);

@@ -174,6 +174,7 @@ TEST_F(BridgeForce, EndsWithItsMaster) {
   EXPECT_NEAR(at().z(), 1.5, 1e-12);
   now_ns += 25 * kMs;
   EXPECT_EQ(at(), Vector3d::Zero()) << "50 ms after the end";
+  bridge_force_end(&force, now_ns);
   seq = 0;
   EXPECT_TRUE(command(pushing({0, 0, 3}))) << "the next master counts from 1";
 }
