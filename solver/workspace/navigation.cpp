@@ -152,7 +152,6 @@ bool Navigation::holds(ButtonAction action) const noexcept {
 
 void Navigation::watchButtons(std::uint32_t buttons, double dt_s) noexcept {
   if (dt_s > 0 && std::isfinite(dt_s)) state_.clock_s += dt_s;
-  if (holds(ButtonAction::zoom)) zoomBy(std::exp2(dt_s / kZoomOut_s));
   for (std::size_t i = 0; i < actions_.size(); ++i) {
     const std::uint32_t bit = 1U << i;
     const double since_s = state_.clock_s - state_.changed_s[i];
@@ -164,6 +163,7 @@ void Navigation::watchButtons(std::uint32_t buttons, double dt_s) noexcept {
     if (actions_[i] == ButtonAction::mode_turn && is_click) press(ButtonAction::toggle_mode);
     if ((buttons & bit) != 0) press(actions_[i]);
   }
+  if (dt_s > 0 && holds(ButtonAction::zoom)) zoomBy(std::exp2(dt_s / kZoomOut_s));
 }
 
 void Navigation::press(ButtonAction action) noexcept {

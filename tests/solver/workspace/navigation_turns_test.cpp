@@ -233,7 +233,7 @@ TEST(Navigation, ACarriedSceneFollowsTheHandWithoutForce) {
     const ProxyPlace place = navigation.place();
     Vector3d h_D = pulled_D, p_D = last.p_D;
     for (int i = 0; i < 500; ++i) {
-      h_D += Vector3d(1e-4, 0, 5e-5);
+      h_D += Vector3d(4e-5, 0, 2e-5);
       const NavigationTick& tick = navigation.tick(handAt(h_D, 2), kDt_s);
       ASSERT_LT((tick.p_D - p_D).norm(), 1.2e-4 + 0.03 * (pulled_D - last.p_D).norm()) << i << ": no jump";
       ASSERT_LE(tick.wrench.force_N.norm(), pulled_N + 1e-9);

@@ -196,7 +196,7 @@ class TurningDevice : public HapticDevice {
     ++exchanges_;
     state_.time_s = 0.001 * exchanges_;
     state_.orientation_D = Eigen::Quaterniond(Eigen::AngleAxisd(0.001 * exchanges_, Vector3d(1, 2, 3).normalized()));
-    state_.buttons = exchanges_ < 150 || exchanges_ % 500 < 50 ? 0U : 2U;
+    state_.buttons = exchanges_ < 150 || (exchanges_ >= 240 && exchanges_ < 290) ? 0U : 2U;
     state_.sent_N = wrench.force_N;
     return state_;
   }
