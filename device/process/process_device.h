@@ -27,7 +27,7 @@ struct ProcessRescues {      // of device processes that died or did not answer
 
 class ProcessDevice : public HapticDevice {
  public:
-  static constexpr double kSilence_s = 0.1;
+  static constexpr double kSilence_s = 0.15;
 
   // Starts the process, which opens the device: so capabilities are known before open(). Throws DeviceError, with the
   // driver's reason, if the device cannot be opened; also if the program is not there.
