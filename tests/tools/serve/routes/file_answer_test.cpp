@@ -136,7 +136,7 @@ TEST_F(FileAnswer, ASetThatIsDamagedKeepsItsRevision) {
 TEST(SetShelf, TwoSetsOfOneNameAreRefused) {
   const test::ServedSets sets;
   const std::string set = sets.folder / "fork.fil";
-  EXPECT_THROW(SetShelf({set, set + "/"}, 1 << 20), UsageError);
+  EXPECT_THROW(SetShelf(tools::shelfEntries({set, set + "/"}), 1 << 20), UsageError);
 }
 
 }  // namespace
