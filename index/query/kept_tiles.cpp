@@ -2,10 +2,10 @@
 
 namespace filiform {
 
-KeptTiles::Kept& KeptTiles::use(TileId tile) const {
-  const auto [at, is_new] = places_.try_emplace(tile);
+KeptTiles::Kept& KeptTiles::use(std::uint64_t key) const {
+  const auto [at, is_new] = places_.try_emplace(key);
   if (is_new) {
-    order_.push_front({tile, nullptr, nullptr});
+    order_.push_front({key, nullptr, nullptr, nullptr});
     at->second = order_.begin();
   } else {
     order_.splice(order_.begin(), order_, at->second);
@@ -18,7 +18,7 @@ void KeptTiles::grow(Kept& kept, std::uint64_t bytes) const {
   bytes_ += bytes;
   while (bytes_ > budget_bytes_) {
     bytes_ -= order_.back().bytes;
-    places_.erase(order_.back().id);
+    places_.erase(order_.back().key);
     order_.pop_back();
   }
 }
@@ -51,6 +51,23 @@ std::shared_ptr<const TileAppearance> KeptTiles::appearance(TileId tile) const {
   kept.appearance = loaded;
   grow(kept, loaded->radii_um.size() * sizeof(float) + loaded->types.size() * sizeof(std::uint16_t));
   return loaded;
+}
+
+CellDetail KeptTiles::loadCellDetail(std::uint32_t id) const {
+  {
+    const std::lock_guard lock(mutex_);
+    if (places_.contains(kCell + id)) return *use(kCell + id).detail;
+  }
+  const auto loaded = std::make_shared<const CellDetail>(store_.loadCellDetail(id));
+  const std::lock_guard lock(mutex_);
+  Kept& kept = use(kCell + id);
+  if (kept.detail != nullptr) return *loaded;
+  kept.detail = loaded;
+  grow(kept, sizeof *loaded + loaded->sample_ids.bytes() + loaded->header.size() +
+                 loaded->roots.size() * sizeof(CellDetail::Root) +
+                 loaded->odd_radii.size() * sizeof(CellDetail::OddBits) +
+                 (loaded->tiles.size() + loaded->block_starts.size()) * sizeof(std::uint32_t));
+  return *loaded;
 }
 
 std::uint64_t KeptTiles::bytes() const {

@@ -1,4 +1,5 @@
 // filiform serve: answers questions about tile sets over HTTP.
+#include "index/count_text.h"
 #include "index/errors.h"
 #include "index/text.h"
 #include "tools/commands/commands.h"
@@ -12,11 +13,15 @@
 #include "tools/serve/routes/html.h"
 #include "tools/serve/routes/routes.h"
 #include "tools/serve/session/session_house.h"
+#include "tools/serve/sets/open_files.h"
 #include "tools/serve/sets/picture_maker.h"
+#include "tools/serve/sets/set_catalogue.h"
 #include "tools/words/numbers.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cerrno>
+#include <csignal>
 #include <cstdlib>
 #include <fcntl.h>
 #include <functional>
@@ -25,8 +30,10 @@
 #include <mutex>
 #include <optional>
 #include <spawn.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <thread>
+#include <tuple>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -36,13 +43,14 @@ namespace filiform::tools {
 namespace {
 
 struct ServeArguments {
-  std::vector<std::string> sets, origins, hosts;
+  std::vector<std::string> sets, origins, hosts, proxies;
   std::string listen = "127.0.0.1:7878", token_file, budget = "1GiB", log = "text", source_url, neuroglancer,
-              session_budget = "256MiB", session_folder;
+              session_budget = "256MiB", session_folder, catalogue, link_key;
   std::shared_ptr<const RemoteArguments> remote;
   std::string token;                                // none: that of the file
   std::function<void(const std::string&)> listens;  // gets the address; none: it is printed, and requests are logged
   bool no_pictures = false;
+  double drain_first_s = 0;
   std::size_t most_sessions = 100;
   std::size_t most_clients = 256;
   unsigned threads = std::max(1U, std::thread::hardware_concurrency());
@@ -71,6 +79,30 @@ class ServeLog {
   std::mutex mutex_;
 };
 
+// A file with a secret that is read again when it changes.
+class SecretFile {
+ public:
+  SecretFile(std::string option, std::string path) : option_(std::move(option)), path_(std::move(path)) {}
+  const std::string& option() const { return option_; }
+  const std::string& path() const { return path_; }
+  // False at the first call. Tells a line if other users may read the file.
+  bool hasChanged(const std::function<void(const std::string&)>& tell) {
+    struct stat found {};
+    if (path_.empty() || ::stat(path_.c_str(), &found) != 0) return false;
+    const std::tuple state(found.st_mtim.tv_sec, found.st_mtim.tv_nsec, found.st_ino, found.st_mode);
+    const bool first = !known_;
+    if (known_ == state) return false;
+    known_ = state;
+    if ((found.st_mode & S_IROTH) != 0)
+      tell(option_ + " " + inShort(path_) + ": all users of this machine may read it; chmod 600 it");
+    return !first;
+  }
+
+ private:
+  const std::string option_, path_;
+  std::optional<std::tuple<time_t, long, ino_t, mode_t>> known_;
+};
+
 // An address for a link. Throws UsageError if it is none of HTTP.
 void checkAddress(const char* option, const std::string& url) {
   const bool web = url.starts_with("https://") || url.starts_with("http://");
@@ -83,13 +115,26 @@ void checkAddress(const char* option, const std::string& url) {
 // SCHEME://HOST[:PORT] of an address.
 std::string webOrigin(const std::string& url) { return url.substr(0, url.find('/', url.find("://") + 3)); }
 
+std::atomic<bool> reload_asked{false};  // by SIGHUP
+
 int runServe(const ServeArguments& a) {
   checkAddress("--source-url", a.source_url);
   checkAddress("--neuroglancer", a.neuroglancer);
-  AccessRules rules{a.token_file.empty() ? a.token : readToken(a.token_file), a.origins, a.hosts};
+  AccessRules rules{a.token_file.empty() ? a.token : readToken("--token-file", a.token_file), a.origins, a.hosts};
+  if (!a.link_key.empty()) rules.link_key = readToken("--link-key", a.link_key);
   if (!a.neuroglancer.empty()) rules.origins.push_back(webOrigin(a.neuroglancer));
   Access access(std::move(rules));
-  SetShelf shelf(a.sets, parseBytes("--budget", a.budget), a.remote->options());
+  const auto entries = [&a] {
+    RemoteOptions remote = a.remote->options();
+    std::vector<ShelfEntry> given = shelfEntries(a.sets, remote);
+    if (!a.catalogue.empty())
+      for (ShelfEntry& entry : readCatalogue(a.catalogue, remote)) given.push_back(std::move(entry));
+    if (given.empty()) throw UsageError("give a SET, or --catalogue FILE with sets");
+    const std::size_t files_of_set = filesOfSet(raiseOpenFiles(), given.size(), a.most_clients);
+    for (ShelfEntry& entry : given) entry.open_files = files_of_set;
+    return given;
+  };
+  SetShelf shelf(entries(), parseBytes("--budget", a.budget));
   Metrics metrics;
   ServeLog log(a.log == "json", !a.listens);
   std::optional<PictureMaker> pictures;
@@ -103,12 +148,34 @@ int runServe(const ServeArguments& a) {
                              .record_folder = a.session_folder});
   ServerOptions options{
       .listen = a.listen, .open = !access.needsToken(), .most_clients = a.most_clients, .threads = a.threads};
+  options.proxies = a.proxies;
   options.sessions = &house;
   options.desks = &shelf;
   options.version = FILIFORM_VERSION;
   options.stop = &interruptFlag();
   options.log = [&log](const LogEntry& entry) { log.request(entry); };
+  options.drain_first_s = a.drain_first_s;
+  SecretFile token_file("--token-file", a.token_file), link_file("--link-key", a.link_key);
+  const auto readAgain = [&](SecretFile& file, const auto& set) {
+    if (!file.hasChanged([&](const std::string& line) { log.problem(line); })) return;
+    try {
+      set(readToken(file.option(), file.path()));
+      log.problem(file.option() + " was read again");
+    } catch (const std::exception& error) {
+      log.problem(std::string(error.what()) + "; the old one stays");
+    }
+  };
   options.each_second = [&] {
+    if (reload_asked.exchange(false)) {
+      try {
+        shelf.replace(entries());
+        log.problem("SIGHUP: " + counted(shelf.states().size(), "set") + " served");
+      } catch (const std::exception& error) {
+        log.problem(std::string("SIGHUP changed nothing: ") + error.what());
+      }
+    }
+    readAgain(token_file, [&](const std::string& token) { access.setToken(token); });
+    readAgain(link_file, [&](const std::string& key) { access.setLinkKey(key); });
     std::vector<std::string> problems = shelf.refresh();
     if (problems != reported)
       for (const std::string& problem : problems) log.problem(problem);
@@ -119,6 +186,11 @@ int runServe(const ServeArguments& a) {
     metrics.session_late_ticks = figures.ticker.late;
     metrics.session_tile_bytes = figures.tile_bytes;
   };
+  if (!a.listens) {
+    std::signal(SIGHUP, [](int) { reload_asked = true; });
+    std::signal(SIGUSR1, SIG_IGN);
+    std::signal(SIGUSR2, SIG_IGN);
+  }
   EndingWatch watch = watchForSilentFiles();
   Server server(routes, metrics, options);
   if (a.listens)
@@ -186,7 +258,7 @@ int travelInBrowser(const std::string& set, const std::shared_ptr<const RemoteAr
   a.token = randomText();  // other users of this machine reach its loopback too
   std::optional<Doorway> doorway;
   a.listens = [&](const std::string& address) {
-    const SetShelf shelf({set}, 1 << 20, remote->options());
+    const SetShelf shelf(shelfEntries({set}, remote->options()), 1 << 20);
     const std::string page = address + "/travel/" + urlPart(shelf.all().front()->name()) + "?token=" + a.token;
     doorway.emplace(page);
     std::cout << page << std::endl;
@@ -203,20 +275,36 @@ void addServe(CLI::App& app, Chosen& chosen) {
       "Examples:\n  filiform serve column.fil\n  filiform serve column.fil --listen 127.0.0.1:0 --log json\n"
       "The first line on standard output is the address. SIGTERM or Ctrl-C: sends the answers in work, then exits with "
       "code 0.\nAn address that other machines can reach needs --token-file. tools/serve/README.md lists the routes.");
+  command->add_option(
+      "SET", a->sets,
+      "tile sets or their addresses, or NAME=ADDRESS; else the name of each is that of its folder without .fil");
+  command->add_option("--catalogue", a->catalogue, "serve also the sets of this file, which SIGHUP reads again")
+      ->type_name("FILE");
   command
-      ->add_option("SET", a->sets, "tile sets or their addresses; the name of each is that of its folder without .fil")
-      ->required();
+      ->add_option("--drain-first", a->drain_first_s,
+                   "after SIGTERM, answer on for this time, s, while /readyz says 503")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 3600.0));
   command->add_option("--listen", a->listen, "listen on this address; port 0: a free one")
       ->type_name("ADDRESS:PORT")
       ->capture_default_str();
   command
       ->add_option("--token-file", a->token_file, "answer only requests with the token in the first line of this file")
       ->type_name("FILE");
+  command
+      ->add_option("--link-key", a->link_key,
+                   "make the links for Neuroglancer and CATMAID from the text in this file, so that servers share them")
+      ->type_name("FILE");
   command->add_option("--origin", a->origins, "let the pages of this site ask; repeatable")
       ->type_name("URL")
       ->allow_extra_args(false);
   command->add_option("--host", a->hosts, "accept requests to this name, such as that of a proxy; repeatable")
       ->type_name("NAME")
+      ->allow_extra_args(false);
+  command
+      ->add_option("--proxy", a->proxies,
+                   "take the client's address from the X-Forwarded-For of this proxy; repeatable")
+      ->type_name("ADDRESS|NETWORK")
       ->allow_extra_args(false);
   command
       ->add_option("--neuroglancer", a->neuroglancer,

@@ -49,6 +49,8 @@ const char* reasonPhrase(unsigned status) {
       return "Not Found";
     case 405:
       return "Method Not Allowed";
+    case 409:
+      return "Conflict";
     case 413:
       return "Content Too Large";
     case 415:
@@ -61,6 +63,8 @@ const char* reasonPhrase(unsigned status) {
       return "Upgrade Required";
     case 421:
       return "Misdirected Request";
+    case 429:
+      return "Too Many Requests";
     case 431:
       return "Request Header Fields Too Large";
     case 500:

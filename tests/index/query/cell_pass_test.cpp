@@ -115,6 +115,16 @@ TEST(CellPass, TheCheckEndsIt) {
   EXPECT_THROW(pass.next(), Interrupted);
 }
 
+class CountsDetails : public ForwardingStore {
+ public:
+  using ForwardingStore::ForwardingStore;
+  CellDetail loadCellDetail(std::uint32_t id) const override {
+    ++reads;
+    return store_.loadCellDetail(id);
+  }
+  mutable std::size_t reads = 0;
+};
+
 TEST(CellPass, KeptTilesAreDecodedOnceForCellsOneByOne) {
   const auto store = storeOf(test::randomColumn(86, 8, 300, 100), 30);
   const test::CountingStore counting(*store);
@@ -130,6 +140,13 @@ TEST(CellPass, KeptTilesAreDecodedOnceForCellsOneByOne) {
     EXPECT_LE(small.bytes(), 20'000u);
   }
   EXPECT_GT(counting.loads().size(), 2 * store->tile_count());
+
+  const CountsDetails details(*store);
+  const KeptTiles again(details, 64 << 20);
+  for (int round = 0; round < 2; ++round)
+    for (std::uint32_t cell = 0; cell < store->cell_count(); ++cell)
+      expectSameCell(readCell(again, cell, true), readCell(*store, cell, true));
+  EXPECT_EQ(details.reads, store->cell_count());
 }
 
 }  // namespace

@@ -25,7 +25,7 @@ ServedSets::ServedSets(tools::AccessRules rules, std::uint64_t budget_bytes) : a
              "edge 1 2\nedge 2 3\nedge 3 4\nedge 4 1\nedge 4 5\n");
   Input input({folder / "fork.swc", folder / "square.edges"});
   ingest(input, folder / "fork.fil", {.capacity = 2});
-  shelf.emplace(std::vector<std::string>{folder / "column.fil", folder / "fork.fil"}, budget_bytes);
+  shelf.emplace(tools::shelfEntries({folder / "column.fil", folder / "fork.fil"}), budget_bytes);
   service.emplace(tools::Service{*shelf, access, metrics, "0.0.0"});
   routes.emplace(*service, [this](const std::string& line) { log.push_back(line); });
 }

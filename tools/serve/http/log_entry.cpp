@@ -29,9 +29,11 @@ std::string logLine(const LogEntry& entry, LogFormat format) {
                      {"target", target},
                      {"status", entry.status},
                      {"bytes", entry.bytes},
-                     {"ms", ms}});
+                     {"ms", ms},
+                     {"id", escaped(entry.id, 64)}});
   return utcTime(entry.time_s) + ' ' + entry.client + ' ' + method + ' ' + target + ' ' + std::to_string(entry.status) +
-         ' ' + std::to_string(entry.bytes) + " B " + formatNumber(ms) + " ms";
+         ' ' + std::to_string(entry.bytes) + " B " + formatNumber(ms) + " ms" +
+         (entry.id.empty() ? "" : ' ' + escaped(entry.id, 64));
 }
 
 }  // namespace filiform::tools

@@ -13,6 +13,7 @@ struct LogEntry {
   unsigned status = 0;
   std::uint64_t bytes = 0;  // of the content
   double seconds = 0;
+  std::string id = {};  // of the request
 };
 
 enum class LogFormat { text, json };

@@ -4,9 +4,7 @@
 #include "index/set/tile_set.h"
 #include "index/text.h"
 #include "tools/serve/http/answer_head.h"
-#include "tools/serve/http/internal/desk_socket.h"
-#include "tools/serve/http/internal/session_socket.h"
-#include "tools/serve/http/internal/tcp_wire.h"
+#include "tools/serve/http/internal/hall.h"
 #include "tools/serve/http/internal/unread_request.h"
 #include "tools/serve/http/log_entry.h"
 #include "tools/serve/routes/desk_answer.h"
@@ -18,14 +16,15 @@
 #include <array>
 #include <chrono>
 #include <ctime>
+#include <map>
 #include <optional>
+#include <poll.h>
 #include <set>
 #include <string_view>
+#include <tuple>
 #include <utility>
 #include <vector>
 
-#include <boost/asio/basic_socket_acceptor.hpp>
-#include <boost/asio/basic_waitable_timer.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/core/read_size.hpp>
 #include <boost/beast/http/error.hpp>
@@ -36,75 +35,26 @@
 
 namespace filiform::tools {
 
-namespace {
+namespace internal {
 
 namespace beast = boost::beast;
 namespace http = boost::beast::http;
-namespace net = boost::asio;
 using boost::system::error_code;
-using internal::detailOf;
-using internal::post;
-using internal::statusOf;
-using internal::TcpWire;
-using net::ip::tcp;
-using Clock = std::chrono::steady_clock;
-using Timer = net::basic_waitable_timer<Clock, net::wait_traits<Clock>, TcpWire::Executor>;
 
 constexpr std::size_t kPieceBytes = 256 << 10;
-constexpr std::uint64_t kMostAnswersBytes = std::uint64_t{512} << 20;  // of answers in memory
+constexpr std::uint64_t kMostAnswersBytes = std::uint64_t{512} << 20;  // of answers in memory, of all clients
+constexpr std::uint64_t kShareBytes = std::uint64_t{128} << 20;        // of one client
+constexpr std::uint64_t kLargeBytes = std::uint64_t{1} << 20;          // smaller answers are sent beyond these limits
+constexpr double kMostWait_s = 30;                                     // in the line
+constexpr std::size_t kMostId = 64;                                    // of a proxy's id of a request
+constexpr double kWrongToken_s = 1;                                    // after many wrong ones
+constexpr double kCrowded_s = 2;                                       // for a request that comes beyond --max-clients
 constexpr double kLeastBytes_s = 64 << 10;                             // of a client that reads an answer, on average
 constexpr double kLinger_s = 2;                 // for a client to read the last answer before the connection ends
 constexpr std::size_t kLingerBytes = 32 << 20;  // of an unread body
 
-Clock::duration steadySeconds(double seconds) {
-  return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
-}
-
-class Connection;
-
-// What the connections share. Only the thread of run() uses it, except where stated.
-struct Hall {
-  Hall(const Routes& r, Metrics& m, const ServerOptions& o)
-      : routes(r), metrics(m), options(o), workers(std::max(1U, o.threads)) {
-    sessions.house = o.sessions;
-    sessions.version = o.version;
-    sessions.log = [this](const internal::ServerSocket& socket) { logSocket("/v1/session", socket); };
-    desks.log = [this](const internal::ServerSocket& socket) { logSocket("/v1/sets/{set}/desks/{desk}", socket); };
-    if (o.sessions != nullptr) o.sessions->onNews([this] { internal::wake(sessions); });
-  }
-  ~Hall() {
-    workers.stop();
-    workers.join();
-  }
-
-  void listen();
-  void run();
-  void accept();
-  void admit(TcpWire::Socket socket);
-  void tick();
-  void beginToStop();
-  void logSocket(const char* route, const internal::ServerSocket& socket);
-  void endOf(const std::shared_ptr<Connection>& connection);
-
-  const Routes& routes;  // any thread
-  Metrics& metrics;      // any thread
-  const ServerOptions options;
-  std::string address;
-  net::io_context io{1};
-  net::basic_socket_acceptor<tcp, TcpWire::Executor> acceptor{io};
-  TcpWire::Socket arriving{io};
-  Timer timer{io}, retry{io};
-  std::set<std::shared_ptr<Connection>> connections;
-  internal::SessionHall sessions{io, workers};
-  internal::DeskHall desks{io};
-  bool stopping = false;
-  Clock::time_point stop_by{}, next_second = Clock::now();
-  std::atomic<bool> in_second{false};  // each_second runs now; any thread
-  net::thread_pool workers;            // last: ends first
-};
-
 // The headers that routes read.
-constexpr std::array<std::string_view, 13> kReadHeaders{"host",
+constexpr std::array<std::string_view, 15> kReadHeaders{"host",
                                                         "origin",
                                                         "authorization",
                                                         "cookie",
@@ -115,7 +65,9 @@ constexpr std::array<std::string_view, 13> kReadHeaders{"host",
                                                         "range",
                                                         "if-range",
                                                         "if-none-match",
+                                                        "x-forwarded-for",
                                                         "x-forwarded-proto",
+                                                        "x-request-id",
                                                         "sec-websocket-protocol"};
 
 // One client: reads a request, has it answered, sends the answer, and so on.
@@ -124,17 +76,23 @@ class Connection : public std::enable_shared_from_this<Connection> {
   Connection(TcpWire::Socket socket, Hall& hall) : hall_(hall), metrics_(hall.metrics), wire_(std::move(socket)) {
     error_code ignored;
     const auto peer = wire_.socket().remote_endpoint(ignored);
-    client_ = peer.address().to_string(ignored);
+    peer_ = peer.address().to_string(ignored);
+    setClient(peer_);
     wire_.socket().set_option(tcp::no_delay(true), ignored);
     ++metrics_.connections;
   }
-  ~Connection() {
-    releaseAnswer();
-    --metrics_.connections;
-  }
+  ~Connection() { --metrics_.connections; }
 
   bool isIdle() const { return idle_; }
-  Clock::time_point idleSince() const { return idle_since_; }
+  bool hasRequest() const { return has_request_; }  // a whole one, whose answer is not yet sent
+  Clock::time_point since() const { return has_request_ ? began_ : waits_since_; }
+  const std::string& share() const { return share_; }
+  // True if the client ended the connection while its request is in work.
+  bool hasLeft() {
+    if (!in_work_) return false;
+    ::pollfd file{wire_.socket().native_handle(), POLLRDHUP, 0};
+    return ::poll(&file, 1, 0) == 1 && (file.revents & (POLLRDHUP | POLLHUP | POLLERR)) != 0;
+  }
   bool isLate(Clock::time_point now) const { return wire_.isLate(now); }
 
   void waitForRequest() {
@@ -144,14 +102,23 @@ class Connection : public std::enable_shared_from_this<Connection> {
     parser_->body_limit(limits::kBodyBytes);
     reads_body_ = false;
     request_ = {};
+    id_.clear();
+    has_request_ = false;
+    waits_since_ = Clock::now();
     if (buffer_.size() > 0) return readHeader();
     idle_ = true;
-    idle_since_ = Clock::now();
     wire_.expireAfter(steadySeconds(hall_.options.idle_s));
     readSome(4096, [](Connection& self) {
       self.idle_ = false;
       self.readHeader();
     });
+  }
+
+  // Reads a request, although there are too many clients: one that needs no place in the line is answered.
+  void waitCrowded() {
+    crowded_ = true;
+    waitForRequest();
+    wire_.expireAfter(steadySeconds(std::min(kCrowded_s, hall_.options.header_s)));
   }
 
   // Sends one answer and ends the connection.
@@ -162,6 +129,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
   }
 
   void close() {
+    *left_ = true;
+    releaseAnswer();
     wire_.close();
     hall_.endOf(shared_from_this());
   }
@@ -185,8 +154,13 @@ class Connection : public std::enable_shared_from_this<Connection> {
     });
   }
 
+  void setClient(const std::string& address) {
+    client_ = address;
+    share_ = shareOf(address);
+  }
+
   void readHeader() {
-    wire_.expireAfter(steadySeconds(hall_.options.header_s));
+    wire_.expireAfter(steadySeconds(crowded_ ? std::min(kCrowded_s, hall_.options.header_s) : hall_.options.header_s));
     parse();
   }
 
@@ -220,19 +194,36 @@ class Connection : public std::enable_shared_from_this<Connection> {
       std::string name(field.name_string());
       for (char& c : name) c = static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
       if (std::find(kReadHeaders.begin(), kReadHeaders.end(), name) == kReadHeaders.end()) continue;
-      if (!request_.headers.emplace(name, std::string(field.value())).second) return false;
+      const auto [header, fresh] = request_.headers.emplace(name, std::string(field.value()));
+      if (fresh) continue;
+      if (name != "x-forwarded-for") return false;
+      header->second += ',' + std::string(field.value());
     }
+    setClient(hall_.proxies.clientOf(peer_, request_.header("x-forwarded-for")));
+    request_.client = share_;
+    const std::string_view id = hall_.proxies.has(peer_) ? request_.header("x-request-id") : std::string_view();
+    id_ = id.empty() || id.size() > kMostId ? hall_.start + '-' + std::to_string(++hall_.requests) : std::string(id);
+    request_.is_tls = hall_.proxies.has(peer_) && request_.header("x-forwarded-proto") == "https";
     return true;
   }
 
   void judgeHead() {
     began_ = Clock::now();
-    keep_ = parser_->keep_alive();
+    keep_ = parser_->keep_alive() && !crowded_;
     const bool body_follows = !parser_->is_done();
     if (!copyHead()) return turnAway(problem(400, "a header is given twice"));
-    if (auto refused = hall_.routes.refuse(request_)) {
+    auto refused = hall_.routes.refuse(request_);
+    if (!refused && crowded_ && !hall_.routes.isShort(request_))
+      return turnAway(problem(503, "too many clients; ask again"));
+    if (refused) {
       keep_ = keep_ && !body_follows;
-      return send(std::move(*refused));
+      if (refused->answer.status != 429) return send(std::move(*refused));
+      // Whoever tries tokens waits for each answer.
+      wire_.expireNever();
+      pause_.emplace(hall_.io, steadySeconds(kWrongToken_s));
+      return pause_->async_wait([self = shared_from_this(), routed = std::move(*refused)](error_code) mutable {
+        self->send(std::move(routed));
+      });
     }
     if (isSession(request_) && boost::beast::websocket::is_upgrade(parser_->get())) return becomeSession();
     const auto desk = hall_.options.desks == nullptr ? std::nullopt : deskRequest(request_);
@@ -255,6 +246,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
   bool refuseUpgrade() {
     if (hall_.stopping)
       turnAway(problem(503, "the server ends"));
+    else if (hall_.socketsOf(share_) >= std::max<std::size_t>(1, hall_.options.most_clients / 2))
+      turnAway(problem(503, "your address has half of all connections as WebSockets; close one"));
     else if (buffer_.size() > 0)
       turnAway(problem(400, "wait for the answer to the upgrade before you send"));
     else if (parser_->get()[http::field::sec_websocket_version] != "13")
@@ -269,7 +262,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   void becomeDesk(const DeskRequest& desk) {
     if (refuseUpgrade()) return;
     const auto refused = refuseRoom(*hall_.options.desks, desk.room);
-    std::make_shared<internal::DeskSocket>(origin(), hall_.desks, desk.room, desk.role, refused)->begin();
+    std::make_shared<DeskSocket>(origin(), hall_.desks, desk.room, desk.role, refused)->begin();
     hall_.endOf(shared_from_this());
   }
 
@@ -280,31 +273,57 @@ class Connection : public std::enable_shared_from_this<Connection> {
     // Of the subprotocols, only filiform.v1 is repeated: another may be a token.
     const auto offered = http::token_list(parser_->get()[http::field::sec_websocket_protocol]);
     const bool named = std::find(offered.begin(), offered.end(), "filiform.v1") != offered.end();
-    std::make_shared<internal::SessionSocket>(origin(), hall_.sessions)->begin(named ? "filiform.v1" : "");
+    std::make_shared<SessionSocket>(origin(), hall_.sessions)->begin(named ? "filiform.v1" : "");
     hall_.endOf(shared_from_this());
   }
 
-  internal::SocketOrigin origin() {
+  SocketOrigin origin() {
     return {std::move(wire_), std::string(parser_->get()[http::field::sec_websocket_key]), client_,
             redacted(request_.target)};
   }
 
   void answer() {
+    has_request_ = true;
     wire_.expireNever();
     request_.body = std::move(parser_->get().body());
-    post(hall_.workers, [self = shared_from_this()] {
-      Routed routed = self->metrics_.answer_bytes > kMostAnswersBytes
-                          ? Routed{problem(503, "too many answers are being sent; ask again")}
-                          : self->hall_.routes.answer(self->request_);
-      self->held_ = routed.answer.body.size();
-      self->metrics_.answer_bytes += self->held_;
-      post(self->hall_.io, [self, routed = std::move(routed)]() mutable { self->send(std::move(routed)); });
+    if (hall_.routes.isShort(request_)) return send(hall_.routes.answer(request_));
+    if (const auto own = hall_.share_bytes.find(share_); own != hall_.share_bytes.end() && own->second > kShareBytes)
+      return send(
+          {problem(503, "answers of more than 128 MiB are still being sent to you; read them, then ask again")});
+    in_work_ = true;
+    hall_.line.add(share_, [self = shared_from_this()] {
+      if (*self->left_) return void(++self->metrics_.left_answers);
+      const double waited_s = std::chrono::duration<double>(Clock::now() - self->began_).count();
+      Routed routed =
+          waited_s > kMostWait_s
+              ? Routed{problem(503, "your other questions took more than 30 s; wait for their answers first")}
+              : self->hall_.routes.answer(self->request_, &*self->left_);
+      post(self->hall_.io, [self, routed = std::move(routed)]() mutable {
+        if (*self->left_) return void(++self->metrics_.left_answers);
+        self->in_work_ = false;
+        self->hold(routed);
+        self->send(std::move(routed));
+      });
     });
+  }
+
+  // Counts a large answer, which is refused if those of all clients are too many.
+  void hold(Routed& routed) {
+    const std::uint64_t bytes = routed.answer.body.size();
+    if (bytes <= kLargeBytes) return;
+    if (metrics_.answer_bytes + bytes > kMostAnswersBytes) {
+      routed.answer = problem(503, "large answers of 512 MiB are being sent to clients; ask for less, or ask again");
+      return;
+    }
+    held_ = bytes;
+    metrics_.answer_bytes += bytes;
+    hall_.share_bytes[share_] += bytes;
   }
 
   void send(Routed routed) {
     routed_ = std::move(routed);
     if (hall_.stopping) keep_ = false;
+    if (!id_.empty()) routed_.answer.headers.emplace_back("X-Request-Id", id_);
     head_ = answerHead(routed_.answer, keep_, std::time(nullptr));
     sent_ = 0;
     sending_ = Clock::now();
@@ -317,7 +336,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
     if (taken_s > hall_.options.piece_s + static_cast<double>(sent_) / kLeastBytes_s) return close();
     const auto bytes = static_cast<std::size_t>(std::min<std::uint64_t>(to_send_ - sent_, kPieceBytes));
     if (!routed_.answer.file || bytes == 0) return writePiece(routed_.answer.body.data() + sent_, bytes);
-    post(hall_.workers, [self = shared_from_this(), bytes] {
+    hall_.line.add(share_, [self = shared_from_this(), bytes] {
+      if (*self->left_) return;
       const FileRange& range = *self->routed_.answer.file;
       self->piece_.resize(bytes);
       bool read = true;
@@ -347,9 +367,9 @@ class Connection : public std::enable_shared_from_this<Connection> {
   void finishAnswer() {
     const double seconds = std::chrono::duration<double>(Clock::now() - began_).count();
     metrics_.count(routed_.route, routed_.answer.status, seconds, request_.body.size(), sent_);
-    if (hall_.options.log)
+    if (hall_.options.log && (routed_.answer.status != 200 || !hall_.routes.isShort(request_)))
       hall_.options.log({std::time(nullptr), client_, request_.method.empty() ? "-" : request_.method,
-                         request_.target.empty() ? "-" : request_.target, routed_.answer.status, sent_, seconds});
+                         request_.target.empty() ? "-" : request_.target, routed_.answer.status, sent_, seconds, id_});
     releaseAnswer();
     routed_ = {};
     if (keep_) return waitForRequest();
@@ -361,6 +381,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
     error_code ignored;
     wire_.socket().shutdown(tcp::socket::shutdown_send, ignored);
     wire_.expireAfter(steadySeconds(kLinger_s));
+    has_request_ = false;
+    waits_since_ = Clock::now();
     discarded_ = 0;
     buffer_.clear();
     discard();
@@ -373,7 +395,10 @@ class Connection : public std::enable_shared_from_this<Connection> {
   }
 
   void releaseAnswer() {
+    if (held_ == 0) return;
     metrics_.answer_bytes -= held_;
+    const auto own = hall_.share_bytes.find(share_);
+    if ((own->second -= held_) == 0) hall_.share_bytes.erase(own);
     held_ = 0;
   }
 
@@ -381,16 +406,20 @@ class Connection : public std::enable_shared_from_this<Connection> {
   Metrics& metrics_;
   TcpWire wire_;
   beast::flat_buffer buffer_;
-  std::string client_;
+  std::string peer_, client_, share_;  // addresses; under which the client's shares are counted
+  std::string id_;                     // of the request
+  const std::shared_ptr<std::atomic<bool>> left_ =
+      std::make_shared<std::atomic<bool>>(false);  // the client; any thread
   std::optional<http::request_parser<http::string_body>> parser_;
   Request request_;
   Routed routed_;
+  std::optional<Timer> pause_;
   std::string head_;
   std::vector<std::uint8_t> piece_;
   std::size_t piece_bytes_ = 0, discarded_ = 0;
   std::uint64_t sent_ = 0, to_send_ = 0, held_ = 0;  // held_: counted in Metrics::answer_bytes
-  bool keep_ = false, idle_ = false, reads_body_ = false;
-  Clock::time_point began_{}, sending_{}, idle_since_{};
+  bool keep_ = false, idle_ = false, reads_body_ = false, has_request_ = false, in_work_ = false, crowded_ = false;
+  Clock::time_point began_{}, sending_{}, waits_since_{};
 };
 
 // ADDRESS:PORT, with brackets round an IPv6 address.
@@ -442,44 +471,66 @@ void Hall::accept() {
   });
 }
 
+// The client with the most connections gives one up: the one that waits longest for a whole request. If every
+// connection has a request, a client that has more than half of all gives up the oldest one.
+std::shared_ptr<Connection> Hall::leastNeeded(const std::string& newcomer) const {
+  std::map<std::string, std::size_t> counts;
+  for (const auto& one : connections) ++counts[one->share()];
+  std::shared_ptr<Connection> found;
+  for (const auto& one : connections) {
+    if (one->hasRequest() && (counts[one->share()] <= options.most_clients / 2 || one->share() == newcomer)) continue;
+    const auto rank = [&](const Connection& c) {
+      return std::tuple(c.hasRequest(), options.most_clients * 2 - counts[c.share()], !c.isIdle(), c.since());
+    };
+    if (found == nullptr || rank(*one) < rank(*found)) found = one;
+  }
+  return found;
+}
+
+std::size_t Hall::socketsOf(const std::string& share) const {
+  const auto own = [&](const auto& socket) { return shareOf(socket->clientAddress()) == share; };
+  return static_cast<std::size_t>(std::count_if(sessions.sockets.begin(), sessions.sockets.end(), own) +
+                                  std::count_if(desks.sockets.begin(), desks.sockets.end(), own));
+}
+
 void Hall::admit(TcpWire::Socket socket) {
   const std::size_t most =
       options.most_clients - std::min(options.most_clients, sessions.sockets.size() + desks.sockets.size());
-  if (connections.size() >= most) {
-    std::shared_ptr<Connection> longest;
-    for (const auto& one : connections)
-      if (one->isIdle() && (longest == nullptr || one->idleSince() < longest->idleSince())) longest = one;
-    if (longest != nullptr) longest->close();
-  }
+  const auto connection = std::make_shared<Connection>(std::move(socket), *this);
+  if (connections.size() >= most)
+    if (const auto least = leastNeeded(connection->share())) least->close();
   const bool full = connections.size() >= most;
   if (full) ++metrics.refused_connections;
-  if (connections.size() >= 2 * options.most_clients) return;  // closes the socket
-  const auto connection = std::make_shared<Connection>(std::move(socket), *this);
+  if (connections.size() >= most + std::max<std::size_t>(4, options.most_clients / 4)) return;  // closes the socket
   connections.insert(connection);
-  full ? connection->turnAway(problem(503, "too many clients; ask again")) : connection->waitForRequest();
+  full ? connection->waitCrowded() : connection->waitForRequest();
 }
 
 void Hall::endOf(const std::shared_ptr<Connection>& connection) { connections.erase(connection); }
 
 void Hall::tick() {
   const Clock::time_point now = Clock::now();
-  if (!stopping && options.stop != nullptr && options.stop->load()) beginToStop();
+  if (!stopping && options.stop != nullptr && options.stop->load()) {
+    if (!metrics.draining.exchange(true)) drain_until = now + steadySeconds(options.drain_first_s);
+    if (now >= drain_until) beginToStop();
+  }
   if (stopping && now >= stop_by)
     for (const auto& connection : std::set(connections)) connection->close();
   for (const auto& connection : std::set(connections))
-    if (connection->isLate(now)) connection->close();
+    if (connection->isLate(now) || connection->hasLeft()) connection->close();
   for (const auto& socket : std::set(sessions.sockets)) stopping&& now >= stop_by ? socket->end() : socket->watch();
   for (const auto& socket : std::set(desks.sockets)) stopping&& now >= stop_by ? socket->end() : socket->watch();
   metrics.sessions = sessions.sockets.size();
+  metrics.waiting = line.waiting();
   if (stopping && connections.empty() && sessions.sockets.empty() && desks.sockets.empty()) return io.stop();
   if (options.each_second && now >= next_second && !in_second.exchange(true)) {
     next_second = now + steadySeconds(1);
-    post(workers, [this] {
+    line.add("", [this] {
       options.each_second();
       in_second = false;
     });
   }
-  timer.expires_after(steadySeconds(0.05));
+  timer.expires_after(steadySeconds(0.025));
   timer.async_wait([this](error_code) { tick(); });
 }
 
@@ -496,7 +547,7 @@ void Hall::beginToStop() {
     socket->close(static_cast<unsigned>(DeskCode::going_away), "the server ends");
 }
 
-void Hall::logSocket(const char* route, const internal::ServerSocket& socket) {
+void Hall::logSocket(const char* route, const ServerSocket& socket) {
   metrics.count(route, 101, 0, socket.receivedBytes(), socket.sentBytes());
   if (options.log)
     options.log({std::time(nullptr), socket.clientAddress(), "GET", socket.target(), 101, socket.sentBytes(),
@@ -512,14 +563,14 @@ void Hall::run() {
   desks.sockets.clear();
 }
 
-}  // namespace
+}  // namespace internal
 
 struct Server::Impl {
-  Hall hall;
+  internal::Hall hall;
 };
 
 Server::Server(const Routes& routes, Metrics& metrics, const ServerOptions& options)
-    : impl_(new Impl{Hall(routes, metrics, options)}) {
+    : impl_(new Impl{internal::Hall(routes, metrics, options)}) {
   impl_->hall.listen();
 }
 

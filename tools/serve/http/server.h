@@ -4,8 +4,9 @@
 //   std::cout << server.address() << '\n';    // http://127.0.0.1:40123
 //   server.run();                             // until options.stop is true
 //
-// One thread moves bytes; `threads` others answer. A connection has one request in work at a time, and the requests of
-// all connections wait in one line: no client can crowd out the others. README.md lists the limits.
+// One thread moves bytes and answers /healthz, /readyz and /metrics; others answer the rest (AnswerLine). A connection
+// has one request in work at a time, and clients take turns. A client is an address, or an address behind a stated
+// proxy; each has its share of connections, of memory and of work. README.md lists the limits.
 #pragma once
 
 #include <atomic>
@@ -13,6 +14,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 namespace filiform::tools {
 
@@ -25,12 +27,14 @@ struct LogEntry;
 struct ServerOptions {
   std::string listen = "127.0.0.1:7878";    // ADDRESS:PORT or [ADDRESS]:PORT or localhost:PORT; port 0: a free one
   bool open = true;                         // no token is needed
+  std::vector<std::string> proxies = {};    // addresses or networks whose X-Forwarded-For is believed
   std::size_t most_clients = 256;           // open connections
   unsigned threads = 1;                     // that answer
   double header_s = 10;                     // for the header of a request
   double body_s = 30;                       // for its body
   double idle_s = 60;                       // between two requests of a connection
   double piece_s = 30;                      // for 256 KiB of an answer
+  double drain_first_s = 0;                 // answer on for this time when the server stops, with 503 at /readyz
   double drain_s = 10;                      // for the answers in work when the server stops
   SessionHouse* sessions = nullptr;         // for /v1/session; nullptr: 404
   const SetShelf* desks = nullptr;          // for /v1/sets/{set}/desks; nullptr: 404

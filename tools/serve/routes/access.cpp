@@ -1,5 +1,6 @@
 #include "tools/serve/routes/access.h"
 
+#include "index/file/signature.h"
 #include "index/text.h"
 #include "tools/serve/routes/session_request.h"
 #include "tools/words/token.h"
@@ -60,8 +61,15 @@ std::string_view givenToken(const Request& request) {
   if (given.size() > kScheme.size() && lowerCase(given.substr(0, kScheme.size())) == kScheme)
     return given.substr(kScheme.size());
   if (!given.empty()) return {};
-  const std::string_view cookie = cookieOf(request.header("cookie"), kTokenCookie);
-  return cookie.empty() ? tokenOfProtocols(request.header("sec-websocket-protocol")) : cookie;
+  return tokenOfProtocols(request.header("sec-websocket-protocol"));
+}
+
+std::string cookieName(const Request& request) {
+  if (request.is_tls) return "__Host-filiform";  // browsers accept this name over TLS only
+  const std::string_view host = request.header("host");
+  const std::size_t colon = host.rfind(':');
+  const bool has_port = colon != std::string_view::npos && host.find(']', colon) == std::string_view::npos;
+  return "filiform" + (has_port ? '_' + std::string(host.substr(colon + 1)) : std::string());
 }
 
 // SCHEME://HOST or SCHEME://HOST:PORT in lower case.
@@ -85,14 +93,14 @@ std::string randomText() {
   return text;
 }
 
-Access::Access(AccessRules rules) : rules_(std::move(rules)) {
+Access::Access(AccessRules rules) : rules_(std::move(rules)), needs_token_(!rules_.token.empty()) {
   for (std::string& origin : rules_.origins) {
     origin = lowerCase(origin);
     if (!isOrigin(origin))
       throw UsageError("--origin " + inShort(origin) + ": give SCHEME://HOST or SCHEME://HOST:PORT, without a path");
   }
   for (std::string& host : rules_.hosts) host = lowerCase(host);
-  if (needsToken()) capability_ = randomText();
+  if (needsToken()) capability_ = freshCapability();
 }
 
 std::string Access::capability() const {
@@ -100,18 +108,64 @@ std::string Access::capability() const {
   return capability_;
 }
 
+std::string Access::freshCapability() const {
+  constexpr std::size_t kDigits = 32;
+  return rules_.link_key.empty() ? randomText() : signatureOf("capability", rules_.link_key).substr(0, kDigits);
+}
+
 void Access::revokeCapability() {
   if (!needsToken()) return;
-  std::string fresh = randomText();
   const std::lock_guard lock(mutex_);
-  capability_ = std::move(fresh);
+  if (!rules_.link_key.empty())
+    throw Refusal(409, "the links are made of --link-key; change that file for all servers, which read it again");
+  capability_ = freshCapability();
+}
+
+void Access::setLinkKey(const std::string& key) {
+  const std::lock_guard lock(mutex_);
+  rules_.link_key = key;
+  if (needsToken()) capability_ = freshCapability();
 }
 
 bool Access::isListed(std::string_view origin) const {
   return std::find(rules_.origins.begin(), rules_.origins.end(), lowerCase(origin)) != rules_.origins.end();
 }
 
-bool Access::isToken(std::string_view text) const { return isSecret(text, rules_.token); }
+std::string Access::token() const {
+  const std::lock_guard lock(mutex_);
+  return rules_.token;
+}
+
+void Access::setToken(const std::string& token) {
+  const std::lock_guard lock(mutex_);
+  rules_.token = token;
+  capability_ = freshCapability();
+}
+
+bool Access::isToken(std::string_view text) const { return isSecret(text, token()); }
+
+std::string Access::cookie(const Request& request) const {
+  const std::string nonce = randomText();
+  return cookieName(request) + '=' + nonce + signatureOf(nonce, token()) + "; HttpOnly; SameSite=Strict; Path=/" +
+         (request.is_tls ? "; Secure" : "");
+}
+
+bool Access::hasCookie(const Request& request) const {
+  constexpr std::size_t kNonce = 32;
+  const std::string_view value = cookieOf(request.header("cookie"), cookieName(request));
+  return value.size() > kNonce &&
+         isSecret(value.substr(kNonce), signatureOf(std::string(value.substr(0, kNonce)), token()));
+}
+
+unsigned Access::countWrong(const std::string& client) const {
+  constexpr std::size_t kMostClients = 4096;
+  const auto now = std::chrono::steady_clock::now();
+  const std::lock_guard lock(mutex_);
+  if (wrong_.size() > kMostClients) wrong_.clear();
+  Wrong& own = wrong_[client];
+  if (own.count == 0 || now - own.since > std::chrono::minutes(1)) own = {now, 0};
+  return ++own.count;
+}
 
 std::optional<Answer> Access::refuse(const Request& request, bool open) const {
   const std::string_view authority = request.header("host");
@@ -130,9 +184,20 @@ std::optional<Answer> Access::refuse(const Request& request, bool open) const {
     return problem(401, "this address was revoked; the server's page has the present one");
   }
   // A browser sends no token before it asks for leave.
-  if (open || !needsToken() || request.method == "OPTIONS" || isToken(givenToken(request))) return std::nullopt;
+  if (open || !needsToken() || request.method == "OPTIONS") return std::nullopt;
+  const std::string_view token = givenToken(request);
+  if (isToken(token) || (request.header("authorization").empty() && hasCookie(request))) return std::nullopt;
+  if (!token.empty()) return wrongToken(request);
   Answer answer =
       problem(401, "send the header 'Authorization: Bearer TOKEN', with the token of the server's --token-file");
+  answer.headers.emplace_back("WWW-Authenticate", "Bearer");
+  return answer;
+}
+
+Answer Access::wrongToken(const Request& request) const {
+  if (countWrong(request.client) > kMostWrong)
+    return problem(429, "more than 20 wrong tokens in a minute; ask whoever runs this server for the right one");
+  Answer answer = problem(401, "this is not the server's token");
   answer.headers.emplace_back("WWW-Authenticate", "Bearer");
   return answer;
 }
@@ -152,10 +217,10 @@ void Access::addCors(const Request& request, Answer& answer) const {
   answer.headers.emplace_back("Access-Control-Max-Age", "600");
 }
 
-std::string readToken(const std::string& path) {
-  std::string token = readTokenFile("--token-file", path);
+std::string readToken(const std::string& option, const std::string& path) {
+  std::string token = readTokenFile(option, path);
   if (token.find_first_of(";,\"\\") != std::string::npos || token.size() < kLeastToken || token.size() > kMostToken)
-    throw UsageError("--token-file " + inShort(path) +
+    throw UsageError(option + " " + inShort(path) +
                      ": its first line must be a token of 16 to 512 letters and "
                      "digits, such as 'openssl rand -hex 32' prints");
   return token;

@@ -93,10 +93,6 @@ Answer partAnswer(const ServedFile& file, const std::string& part) {
   return answer;
 }
 
-bool hasTag(std::string_view header, const std::string& tag) {
-  return header == "*" || header.find('"' + tag + '"') != std::string_view::npos;
-}
-
 }  // namespace
 
 Answer fileAnswer(const Call& call) {

@@ -112,7 +112,11 @@ Answer nearestAnswer(const Call& call) {
     TimedStore::check();
     const auto some = std::span(asked.points).subspan(begin, std::min(at_once, asked.points.size() - begin));
     std::size_t i = begin;
-    const std::vector<std::vector<NearestResult>> found = search->findAll(some, query);
+    std::vector<std::vector<NearestResult>> found(some.size());
+    search->forEach(some, query, 1, [&](std::size_t at, std::vector<NearestResult>&& results) {
+      TimedStore::check();
+      found[at] = std::move(results);
+    });
     call.served->sampleIds().readAhead(found);
     const std::vector<SegmentLook> looks = call.served->looks().of(found);
     const SegmentLook* look = looks.data();

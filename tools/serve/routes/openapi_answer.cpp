@@ -74,6 +74,9 @@ Json operationOf(const Route& route) {
   operation["responses"] = {{"200", {{"description", route.summary}, {"content", content}}}, {"default", problems}};
   if (path.ends_with("/session") || path.find("/desks/") != std::string_view::npos)
     operation["responses"] = {{"101", {{"description", "a WebSocket"}}}, {"default", problems}};
+  if (path.find("{set}") != std::string_view::npos && std::string_view(route.method) == "GET" &&
+      operation["responses"].contains("200"))
+    operation["responses"]["304"] = {{"description", "If-None-Match names the ETag of the answer"}};
   if (path.ends_with("{file}"))
     operation["responses"]["206"] = {{"description", "the part that Range asks for"}, {"content", content}};
   operation["security"] =

@@ -158,7 +158,8 @@ Answer pageAnswer(const Call& call) {
       htmlText(call.service.version) +
       ", GPL-3.0-or-later, without warranty. It uses Boost (BSL-1.0), Cairo (MPL-1.1), CGAL (GPL-3.0-or-later), CLI11 "
       "(BSD-3-Clause), Eigen (MPL-2.0), FLANN (BSD-3-Clause), Highway (Apache-2.0), JSON for Modern C++ (MIT), libcurl "
-      "(curl), libpng (libpng-2.0), libzip (BSD-3-Clause), LZ4 (BSD-2-Clause), xxHash (BSD-2-Clause) and zlib "
+      "(curl), libpng (libpng-2.0), libzip (BSD-3-Clause), LZ4 (BSD-2-Clause), toml++ (MIT), xxHash (BSD-2-Clause) and "
+      "zlib "
       "(Zlib).\n";
   if (!call.service.source_url.empty())
     html += "<p>Source: <a rel=\"noreferrer\" href=\"" + htmlText(call.service.source_url) + "\">" +

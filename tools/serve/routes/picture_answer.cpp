@@ -10,10 +10,7 @@ Answer pictureAnswer(const Call& call) {
   const std::string camera = call.request.parameter("camera").value_or("");
   const PictureSize size =
       parseSize("size", call.request.parameter("size").value_or("640x400"), PictureMaker::kMostSide);
-  Answer answer{.type = "image/png"};
-  answer.body = *call.service.pictures->draw(call.served, camera, size, limits::kQuery_s);
-  answer.headers.emplace_back("Cache-Control", "no-cache");
-  return answer;
+  return {.type = "image/png", .body = *call.service.pictures->draw(call.served, camera, size, limits::kQuery_s)};
 }
 
 }  // namespace filiform::tools

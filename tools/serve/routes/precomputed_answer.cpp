@@ -13,34 +13,15 @@ namespace filiform::tools {
 
 namespace {
 
-// Browsers keep the answer, and ask whether it is still right: the address is the same for each revision.
-Answer revisedAnswer(const Call& call, const char* type) {
-  Answer answer{.type = type};
-  const std::string tag = '"' + call.served->set().revision() + '"';
-  answer.headers = {{"Cache-Control", "no-cache"}, {"ETag", tag}};
-  const std::string_view known = call.request.header("if-none-match");
-  if (known == "*" || known.find(tag) != std::string_view::npos) {
-    answer.status = 304;
-    answer.type.clear();
-  }
-  return answer;
-}
-
 SkeletonFormat formatOf(const ServedSet& served) {
   return SkeletonFormat(served.set().grid(), served.set().bounds(), SkeletonFormat::WideBounds::round);
 }
 
 }  // namespace
 
-Answer precomputedInfoAnswer(const Call& call) {
-  Answer answer = revisedAnswer(call, kJsonType);
-  if (answer.status == 200) answer.body = formatOf(*call.served).info();
-  return answer;
-}
+Answer precomputedInfoAnswer(const Call& call) { return {.type = kJsonType, .body = formatOf(*call.served).info()}; }
 
 Answer precomputedPropertiesAnswer(const Call& call) {
-  Answer answer = revisedAnswer(call, kJsonType);
-  if (answer.status != 200) return answer;
   const CellNumbers& numbers = call.served->cellNumbers();
   const TileStore& store = call.served->store();
   if (store.cell_count() > limits::kDoorCells)
@@ -51,8 +32,7 @@ Answer precomputedPropertiesAnswer(const Call& call) {
     if (cell % 256 == 0) TimedStore::check();
     if (!store.cell(cell).removed) cells.push_back({numbers.of(cell), cell});
   }
-  answer.body = skeletonProperties(store, cells, &call.served->attributes());
-  return answer;
+  return {.type = kJsonType, .body = skeletonProperties(store, cells, &call.served->attributes())};
 }
 
 Answer precomputedSkeletonAnswer(const Call& call) {
@@ -64,13 +44,10 @@ Answer precomputedSkeletonAnswer(const Call& call) {
   if (!cell)
     throw Refusal(404,
                   "the set has no skeleton '" + escaped(name, 40) + "'; segment_properties/info lists the numbers");
-  Answer answer = revisedAnswer(call, kBytesType);
-  if (answer.status != 200) return answer;
   refuseLargeCell(call.served->store().cell(*cell));
   std::ostringstream bytes;
   formatOf(*call.served).write(bytes, readCell(call.served->kept(), *cell, true));
-  answer.body = std::move(bytes).str();
-  return answer;
+  return {.type = kBytesType, .body = std::move(bytes).str()};
 }
 
 }  // namespace filiform::tools

@@ -136,6 +136,10 @@ std::string redacted(const std::string& target) {
   return text;
 }
 
+bool hasTag(std::string_view header, const std::string& tag) {
+  return header == "*" || header.find('"' + tag + '"') != std::string_view::npos;
+}
+
 std::vector<double> parseNumbers(const std::string& name, const std::string& text, std::size_t count) {
   std::vector<double> numbers;
   splitAt(text, ',', [&](std::string_view piece) {

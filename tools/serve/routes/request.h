@@ -21,6 +21,8 @@ struct Request {
   std::string target;                          // as sent: path and query
   std::map<std::string, std::string> headers;  // names in lower case
   std::string body;
+  std::string client;   // its address; the server fills it
+  bool is_tls = false;  // a stated proxy says that the client used https
 
   // What parseTarget() finds, decoded. Parts may hold any bytes.
   std::vector<std::string> parts;
@@ -45,6 +47,9 @@ struct Request {
 // The target with the values of all parameters named `token`, and all parts that begin with ~, replaced; for logs.
 // O(length).
 std::string redacted(const std::string& target);
+
+// True if the value of If-None-Match names the tag, or is *. O(length).
+bool hasTag(std::string_view list, const std::string& tag);
 
 // Reads `count` numbers with commas between. Throws Refusal (400), which names `name`.
 std::vector<double> parseNumbers(const std::string& name, const std::string& text, std::size_t count);

@@ -5,9 +5,12 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdio>
 #include <exception>
+#include <memory>
 #include <new>
 #include <utility>
+#include <zlib.h>
 
 namespace filiform::tools {
 
@@ -107,7 +110,13 @@ const std::vector<Route>& routeTable() {
        true,
        travelFileAnswer},
       {"GET", "/healthz", "200 while the server runs", kPlainText, {}, true, healthAnswer},
-      {"GET", "/readyz", "200 if every set is readable in its newest revision", kPlainText, {}, true, readinessAnswer},
+      {"GET",
+       "/readyz",
+       "200 while a set is readable; the text counts those in their newest revision",
+       kPlainText,
+       {},
+       true,
+       readinessAnswer},
       {"GET", "/metrics", "Counters and gauges in Prometheus text", kPlainText, {}, false, metricsAnswer},
       {"GET", "/v1/openapi.json", "This description", kJsonType, {}, false, openapiAnswer},
       {"GET", "/v1/sets", "The sets", kJsonType, {}, false, setsAnswer},
@@ -374,6 +383,60 @@ void checkParameters(const Route& route, const Request& request) {
   }
 }
 
+// The tag of an answer about a set: the same revision answers the same question with the same bytes. The version of the
+// program is part of it. Empty: the answer has none.
+std::string tagOf(const Call& call) {
+  const Request& request = call.request;
+  if (call.served == nullptr || (request.method != "GET" && request.method != "HEAD") || request.parts[0] == "travel")
+    return {};
+  const auto add = [](std::uint64_t hash, std::string_view text) {
+    for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
+    return (hash ^ 0xffu) * 0x100000001b3u;
+  };
+  std::uint64_t hash = 0xcbf29ce484222325u;
+  for (const std::string_view text :
+       {std::string_view(call.service.version), std::string_view(request.target), request.header("accept")})
+    hash = add(hash, text);
+  char text[24];
+  std::snprintf(text, sizeof text, "-%016llx", static_cast<unsigned long long>(hash));
+  return call.served->set().revision() + text;
+}
+
+// Caches ask whether the answer is still that of the newest revision.
+Answer tagged(Answer answer, const std::string& tag, bool is_private) {
+  answer.headers.emplace_back("ETag", "W/\"" + tag + '"');
+  answer.headers.emplace_back("Cache-Control", is_private ? "private, no-cache" : "public, no-cache");
+  answer.headers.emplace_back("Vary", "Accept, Accept-Encoding");
+  return answer;
+}
+
+// Text of more than 1 KiB as gzip, for a client that takes it.
+void compress(Answer& answer) {
+  constexpr std::size_t kLeast = 1024, kPiece = std::size_t{1} << 20;
+  const bool is_text = answer.type.starts_with("text/") || answer.type.find("json") != std::string::npos;
+  if (!is_text || answer.file || answer.body.size() < kLeast || !answer.header("Content-Encoding").empty()) return;
+  z_stream stream{};
+  constexpr int kGzip = 16 + 15, kMemory = 8;
+  if (::deflateInit2(&stream, Z_BEST_SPEED, Z_DEFLATED, kGzip, kMemory, Z_DEFAULT_STRATEGY) != Z_OK) return;
+  const std::unique_ptr<z_stream, int (*)(z_stream*)> ends(&stream, ::deflateEnd);
+  std::string packed(::deflateBound(&stream, answer.body.size()), '\0');
+  stream.next_in = reinterpret_cast<Bytef*>(answer.body.data());
+  stream.next_out = reinterpret_cast<Bytef*>(packed.data());
+  stream.avail_out = static_cast<uInt>(packed.size());  // at most 256 MiB
+  for (std::size_t left = answer.body.size(); left > 0;) {
+    TimedStore::check();
+    const std::size_t piece = std::min(left, kPiece);
+    left -= piece;
+    stream.avail_in = static_cast<uInt>(piece);
+    ::deflate(&stream, left == 0 ? Z_FINISH : Z_NO_FLUSH);
+  }
+  packed.resize(stream.total_out);
+  packed.shrink_to_fit();
+  answer.body = std::move(packed);
+  answer.headers.emplace_back("Content-Encoding", "gzip");
+  if (answer.header("Vary").empty()) answer.headers.emplace_back("Vary", "Accept-Encoding");
+}
+
 }  // namespace
 
 std::span<const Route> allRoutes() { return routeTable(); }
@@ -421,6 +484,11 @@ Routed Routes::finished(const Request& request, Answer answer, const char* route
   return {std::move(answer), route};
 }
 
+Routed Routes::refusedToken(const Request& request, Answer answer, const char* route) const {
+  if (answer.status == 401 || answer.status == 429) ++service_.metrics.refused_tokens;
+  return finished(request, std::move(answer), route);
+}
+
 std::optional<Routed> Routes::refuse(Request& head) const {
   const char* path = "";
   try {
@@ -431,8 +499,11 @@ std::optional<Routed> Routes::refuse(Request& head) const {
                              std::any_of(found.route->parameters.begin(), found.route->parameters.end(),
                                          [](const RouteParameter& p) { return std::string_view(p.name) == "token"; });
     const bool brings_token = takes_token && head.parameters.contains("token");
+    // Before the set is looked for, so that names of sets cannot be tried without a token.
+    if (brings_token && service_.access.needsToken() && !service_.access.isToken(head.parameters.at("token")))
+      return refusedToken(head, service_.access.wrongToken(head), path);
     if (auto refusal = service_.access.refuse(head, (found.route != nullptr && found.route->open) || brings_token))
-      return finished(head, std::move(*refusal), path);
+      return refusedToken(head, std::move(*refusal), path);
     if (found.same_path == nullptr) {
       const bool slash = head.target.find("/cells/") != std::string::npos;
       throw Refusal(404, std::string("no such resource; /v1/openapi.json lists them") +
@@ -453,7 +524,14 @@ std::optional<Routed> Routes::refuse(Request& head) const {
   return std::nullopt;
 }
 
-Routed Routes::answer(Request& request) const {
+bool Routes::isShort(const Request& request) {
+  const auto is = [path = std::string_view(request.target)](std::string_view name) {
+    return path.starts_with(name) && (path.size() == name.size() || path[name.size()] == '?');
+  };
+  return is("/healthz") || is("/readyz") || is("/metrics");
+}
+
+Routed Routes::answer(Request& request, const std::atomic<bool>* left) const {
   if (auto refused = refuse(request)) return std::move(*refused);
   const Found found = find(request);
   const char* const path = found.route->path;
@@ -462,14 +540,23 @@ Routed Routes::answer(Request& request) const {
     return finished(request, problem(status, detail), path);
   };
   try {
-    const TimedStore::Limit limit(limits::kQuery_s);
+    const TimedStore::Limit limit(limits::kQuery_s, left);
     Call call{service_, request, found.captured};
     if (!found.captured.empty()) {  // the first is always a set
       call.served = service_.shelf.find(found.captured.front());
+      if (call.served == nullptr && service_.shelf.has(found.captured.front()))
+        throw Refusal(503, "this set cannot be read now; the server's log says why");
       if (call.served == nullptr)
         throw Refusal(404, "no set has the name '" + escaped(found.captured.front(), 80) + "'; /v1/sets lists them");
     }
-    return finished(request, found.route->answer(call), path);
+    const std::string tag = tagOf(call);
+    if (!tag.empty() && hasTag(request.header("if-none-match"), tag))
+      return finished(request, tagged({.status = 304}, tag, service_.access.needsToken()), path);
+    Answer answer = found.route->answer(call);
+    if (!tag.empty() && answer.status == 200 && answer.header("Cache-Control").empty())
+      answer = tagged(std::move(answer), tag, service_.access.needsToken());
+    if (request.header("accept-encoding").find("gzip") != std::string_view::npos) compress(answer);
+    return finished(request, std::move(answer), path);
   } catch (const Refusal& refusal) {
     return failed(refusal.status(), refusal.what());
   } catch (const UsageError& error) {
@@ -477,6 +564,7 @@ Routed Routes::answer(Request& request) const {
   } catch (const std::bad_alloc&) {
     return failed(503, "the server is out of memory for now; ask for less", "out of memory");
   } catch (const std::exception& error) {
+    ++service_.metrics.unreadable;
     return failed(500, "the set cannot be read; the server's log says why", error.what());
   }
 }

@@ -4,6 +4,7 @@
 
 #include "tools/serve/routes/service.h"
 
+#include <atomic>
 #include <functional>
 #include <optional>
 #include <span>
@@ -46,11 +47,16 @@ class Routes {
   std::optional<Routed> refuse(Request& head) const;
   // Answers a request, for HEAD too (the server then leaves out the content). Calls parseTarget() if nobody did. Every
   // failure is an answer: 4xx for the request's, 503 for time and memory, 500 for the set's.
-  Routed answer(Request& request) const;
+  // `left`: true as soon as nobody waits for the answer; the work then ends within 50 ms, or after the tile that it
+  // reads.
+  Routed answer(Request& request, const std::atomic<bool>* left = nullptr) const;
+  // True for /healthz, /readyz and /metrics: they read no set, and take less than a millisecond.
+  static bool isShort(const Request& request);
 
  private:
   struct Found;
   Found find(Request& request) const;
+  Routed refusedToken(const Request& request, Answer answer, const char* route) const;
   Routed finished(const Request& request, Answer answer, const char* route) const;
 
   const Service& service_;

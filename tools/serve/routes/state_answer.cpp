@@ -2,19 +2,29 @@
 #include "tools/serve/routes/service.h"
 #include "tools/words/set_json.h"
 
+#include <algorithm>
+
 namespace filiform::tools {
 
 Answer healthAnswer(const Call&) { return {.type = "text/plain", .body = "ok\n"}; }
 
 Answer readinessAnswer(const Call& call) {
-  // Without the lines: this route needs no token, and they name files.
-  const std::size_t stale = call.service.shelf.problems().size();
-  if (stale > 0) return problem(503, "the newest revision of a set cannot be read; the server's log says which");
-  return {.type = "text/plain", .body = "ready\n"};
+  // Without names: this route needs no token. /metrics has them.
+  const std::vector<SetShelf::State> states = call.service.shelf.states();
+  const auto count = [&](bool SetShelf::State::*is) {
+    return std::count_if(states.begin(), states.end(), [is](const SetShelf::State& state) { return state.*is; });
+  };
+  const auto open = count(&SetShelf::State::open);
+  if (call.service.metrics.draining) return problem(503, "the server ends; ask another one");
+  if (open == 0) return problem(503, "no set can be read; the server's log says why");
+  return {.type = "text/plain",
+          .body = "ready: " + std::to_string(open) + " of " + std::to_string(states.size()) + " sets, " +
+                  std::to_string(count(&SetShelf::State::ready)) + " in the newest revision\n"};
 }
 
 Answer metricsAnswer(const Call& call) {
-  return {.type = "text/plain; version=0.0.4", .body = call.service.metrics.text(call.service.shelf)};
+  return {.type = "text/plain; version=0.0.4",
+          .body = call.service.metrics.text(call.service.shelf, call.service.version)};
 }
 
 Answer setsAnswer(const Call& call) {

@@ -4,14 +4,9 @@
 namespace filiform::tools {
 
 Answer tokenAnswer(const Call& call, const std::string& token, const std::string& page) {
-  if (!call.service.access.isToken(token)) {
-    Answer answer = problem(401, "this is not the server's token");
-    answer.headers.emplace_back("WWW-Authenticate", "Bearer");
-    return answer;
-  }
+  if (!call.service.access.isToken(token)) return call.service.access.wrongToken(call.request);
   Answer answer{.status = 303};
-  answer.headers = {{"Location", page},
-                    {"Set-Cookie", std::string(kTokenCookie) + "=" + token + "; HttpOnly; SameSite=Strict; Path=/"}};
+  answer.headers = {{"Location", page}, {"Set-Cookie", call.service.access.cookie(call.request)}};
   return answer;
 }
 

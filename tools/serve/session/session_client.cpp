@@ -104,8 +104,16 @@ RemoteSession& SessionClient::opened() const {
 // ---- text
 
 std::string SessionClient::answer(std::string_view text) {
-  RpcAnswer answer =
-      answerRpc(text, [this](const std::string& method, const Params& params) { return call(method, params); });
+  RpcAnswer answer = answerRpc(text, [this](const std::string& method, const Params& params) {
+    try {
+      return call(method, params);
+    } catch (const CorruptSet& error) {  // these errors name files of the server
+      house_.tell(error.what());
+    } catch (const IoError& error) {
+      house_.tell(error.what());
+    }
+    throw RpcError(RpcError::kUnreadable, "the set cannot be read; the server's log says why");
+  });
   count(answer.errors, answer.calls);
   return std::move(answer.text);
 }

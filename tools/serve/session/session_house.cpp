@@ -167,6 +167,11 @@ std::vector<std::string> SessionHouse::takeNotes(const RemoteSession& session) {
   return {};
 }
 
+void SessionHouse::tell(const std::string& problem) {
+  const std::lock_guard lock(mutex_);
+  problems_.push_back("sessions: " + problem);
+}
+
 std::vector<std::string> SessionHouse::takeProblems() {
   const std::lock_guard lock(mutex_);
   return std::exchange(problems_, {});

@@ -55,6 +55,8 @@ class SessionHouse {
   SessionFigures figures() const;
   // New notes for the client of a session.
   std::vector<std::string> takeNotes(const RemoteSession& session);
+  // Adds a line for the server's log.
+  void tell(const std::string& problem);
   // New lines for the server's log.
   std::vector<std::string> takeProblems();
 

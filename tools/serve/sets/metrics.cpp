@@ -4,6 +4,11 @@
 #include "tools/words/numbers.h"
 
 #include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <sys/resource.h>
+#include <system_error>
+#include <unistd.h>
 
 namespace filiform::tools {
 
@@ -33,6 +38,34 @@ std::string labelValue(const std::string& value) {
   return quoted += '"';
 }
 
+// What Prometheus' own libraries tell of a process.
+void addProcess(std::string& text) {
+  const auto one = [&text](const char* name, const char* type, const char* help, const std::string& value) {
+    describeMetric(text, name, type, help);
+    addMetric(text, name, "", value);
+  };
+  std::uint64_t pages = 0;
+  std::ifstream("/proc/self/statm") >> pages >> pages;
+  one("process_resident_memory_bytes", "gauge", "Resident memory.",
+      std::to_string(pages * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE))));
+  struct rusage used {};
+  ::getrusage(RUSAGE_SELF, &used);
+  const auto seconds = [](const timeval& time) {
+    return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+  };
+  one("process_cpu_seconds_total", "counter", "User and system time.",
+      formatNumber(seconds(used.ru_utime) + seconds(used.ru_stime)));
+  std::error_code unreadable;
+  std::uint64_t files = 0;
+  for (std::filesystem::directory_iterator at("/proc/self/fd", unreadable), end; at != end && !unreadable;
+       at.increment(unreadable))
+    ++files;
+  one("process_open_fds", "gauge", "Open files.", std::to_string(files));
+  struct rlimit limit {};
+  ::getrlimit(RLIMIT_NOFILE, &limit);
+  one("process_max_fds", "gauge", "Most open files.", std::to_string(limit.rlim_cur));
+}
+
 }  // namespace
 
 void Metrics::count(const std::string& route, unsigned status, double seconds, std::uint64_t bytes_in,
@@ -46,7 +79,7 @@ void Metrics::count(const std::string& route, unsigned status, double seconds, s
   bytes_out_ += bytes_out;
 }
 
-std::string Metrics::text(const SetShelf& shelf) const {
+std::string Metrics::text(const SetShelf& shelf, const std::string& version) const {
   std::string text;
   {
     const std::lock_guard lock(mutex_);
@@ -71,28 +104,39 @@ std::string Metrics::text(const SetShelf& shelf) const {
     describeMetric(text, "filiform_sent_bytes_total", "counter", "Bytes of answers, without headers.");
     addMetric(text, "filiform_sent_bytes_total", "", std::to_string(bytes_out_));
   }
-  describeMetric(text, "filiform_connections", "gauge", "Open connections.");
-  addMetric(text, "filiform_connections", "", std::to_string(connections.load()));
-  describeMetric(text, "filiform_refused_connections_total", "counter",
-                 "Connections refused because of --max-clients.");
-  addMetric(text, "filiform_refused_connections_total", "", std::to_string(refused_connections.load()));
-  describeMetric(text, "filiform_answer_bytes", "gauge", "Bytes of answers in memory.");
-  addMetric(text, "filiform_answer_bytes", "", std::to_string(answer_bytes.load()));
-  describeMetric(text, "filiform_sessions", "gauge", "Open WebSockets of sessions.");
-  addMetric(text, "filiform_sessions", "", std::to_string(sessions.load()));
-  describeMetric(text, "filiform_session_ticks_total", "counter", "Ticks of all sessions.");
-  addMetric(text, "filiform_session_ticks_total", "", std::to_string(session_ticks.load()));
-  describeMetric(text, "filiform_session_late_ticks_total", "counter",
-                 "Ticks of sessions that ended more than 1 ms after they were due, or were left out.");
-  addMetric(text, "filiform_session_late_ticks_total", "", std::to_string(session_late_ticks.load()));
-  describeMetric(text, "filiform_session_tile_bytes", "gauge", "Bytes of the tiles of all sessions in memory.");
-  addMetric(text, "filiform_session_tile_bytes", "", std::to_string(session_tile_bytes.load()));
+  const auto one = [&text](const char* name, const char* type, const char* help, std::uint64_t value) {
+    describeMetric(text, name, type, help);
+    addMetric(text, name, "", std::to_string(value));
+  };
+  one("filiform_connections", "gauge", "Open connections.", connections);
+  one("filiform_refused_connections_total", "counter", "Connections beyond --max-clients.", refused_connections);
+  one("filiform_waiting_requests", "gauge", "Requests that wait for a thread.", waiting);
+  one("filiform_left_answers_total", "counter", "Answers that were not finished, because their client left.",
+      left_answers);
+  one("filiform_refused_tokens_total", "counter", "Requests that were refused for want of the token.", refused_tokens);
+  one("filiform_unreadable_total", "counter", "Answers that failed at a damaged or missing part of a set.", unreadable);
+  one("filiform_answer_bytes", "gauge", "Bytes of answers of more than 1 MiB in memory.", answer_bytes);
+  one("filiform_sessions", "gauge", "Open WebSockets of sessions.", sessions);
+  one("filiform_session_ticks_total", "counter", "Ticks of all sessions.", session_ticks);
+  one("filiform_session_late_ticks_total", "counter",
+      "Ticks of sessions that ended more than 1 ms after they were due, or were left out.", session_late_ticks);
+  one("filiform_session_tile_bytes", "gauge", "Bytes of the tiles of all sessions in memory.", session_tile_bytes);
   describeMetric(text, "filiform_tile_bytes", "gauge", "Bytes of the tiles in memory, by set.");
   for (const auto& served : shelf.all())
     addMetric(text, "filiform_tile_bytes", "set=" + labelValue(served->name()),
               std::to_string(served->nearest().bytes()));
+  describeMetric(text, "filiform_set_open", "gauge", "1: the set is served, 0: it cannot be read.");
+  const std::vector<SetShelf::State> states = shelf.states();
+  for (const SetShelf::State& state : states)
+    addMetric(text, "filiform_set_open", "set=" + labelValue(state.name), state.open ? "1" : "0");
+  describeMetric(text, "filiform_set_ready", "gauge", "1: the set is served in its newest revision.");
+  for (const SetShelf::State& state : states)
+    addMetric(text, "filiform_set_ready", "set=" + labelValue(state.name), state.ready ? "1" : "0");
   describeMetric(text, "filiform_stale_sets", "gauge", "Sets whose newest revision cannot be read.");
   addMetric(text, "filiform_stale_sets", "", std::to_string(shelf.problems().size()));
+  describeMetric(text, "filiform_build_info", "gauge", "1; the label is the program's version.");
+  addMetric(text, "filiform_build_info", "version=" + labelValue(version), "1");
+  addProcess(text);
   return text;
 }
 

@@ -21,12 +21,17 @@ class Metrics {
 
   std::atomic<std::uint64_t> connections{0};          // open now
   std::atomic<std::uint64_t> refused_connections{0};  // because of --max-clients
-  std::atomic<std::uint64_t> answer_bytes{0};         // of answers in memory now
+  std::atomic<bool> draining{false};                  // the server ends soon
+  std::atomic<std::uint64_t> answer_bytes{0};         // of large answers in memory now
+  std::atomic<std::uint64_t> waiting{0};              // requests in the line now
+  std::atomic<std::uint64_t> refused_tokens{0};       // requests without the token
+  std::atomic<std::uint64_t> unreadable{0};           // answers that failed at a damaged or missing part of a set
+  std::atomic<std::uint64_t> left_answers{0};         // that nobody waited for any more
   // WebSockets open now; ticks of sessions so far, those of them that were late; tiles of sessions in memory now.
   std::atomic<std::uint64_t> sessions{0}, session_ticks{0}, session_late_ticks{0}, session_tile_bytes{0};
 
-  // Prometheus text, version 0.0.4.
-  std::string text(const SetShelf& shelf) const;
+  // Prometheus text, version 0.0.4. `version`: of the program.
+  std::string text(const SetShelf& shelf, const std::string& version) const;
 
  private:
   static constexpr std::array<double, 9> kBounds_s{0.0001, 0.0003, 0.001, 0.003, 0.01, 0.03, 0.1, 1, 5};

@@ -1,14 +1,30 @@
 #include "tools/serve/sets/served_set.h"
 
+#include "index/errors.h"
+#include "index/remote/http_source.h"
 #include "index/tile/box_region.h"
 
 #include <utility>
 
 namespace filiform::tools {
 
-ServedSet::ServedSet(std::string name, const std::string& path, std::uint64_t budget_bytes, const RemoteOptions& remote)
+namespace {
+
+std::unique_ptr<TileSet> openedSet(const std::string& path, const RemoteOptions& remote, std::size_t open_files) {
+  if (open_files == 0 || isAddress(path)) return TileSet::open(path, remote);
+  try {
+    return TileSet::open(openFolder(path, open_files));
+  } catch (const IoError&) {  // a new revision may have been published meanwhile
+    return TileSet::open(openFolder(path, open_files));
+  }
+}
+
+}  // namespace
+
+ServedSet::ServedSet(std::string name, const std::string& path, std::uint64_t budget_bytes, const RemoteOptions& remote,
+                     std::size_t open_files)
     : name_(std::move(name)),
-      set_(TileSet::open(path, remote)),
+      set_(openedSet(path, remote, open_files)),
       levels_(Levels::open(*set_)),
       attributes_(*set_),
       store_(*set_),

@@ -29,7 +29,9 @@ class ServedSet {
   // of searches with filters, three sixteenths for those of cells, a sixteenth for those that tell types and radii, and
   // a quarter for sample ids. Throws as TileSet::open() and
   // Levels::open() do.
-  ServedSet(std::string name, const std::string& path, std::uint64_t budget_bytes, const RemoteOptions& remote = {});
+  // `open_files`: of a folder that stay open; 0: half of the process's limit.
+  ServedSet(std::string name, const std::string& path, std::uint64_t budget_bytes, const RemoteOptions& remote = {},
+            std::size_t open_files = 0);
 
   const std::string& name() const { return name_; }
   const TileSet& set() const { return *set_; }

@@ -3,16 +3,21 @@
 #include "index/errors.h"
 #include "index/remote/http_source.h"
 #include "index/text.h"
+#include "index/workers.h"
 
 #include <algorithm>
 #include <exception>
 #include <filesystem>
+#include <set>
+#include <string_view>
+#include <utility>
 
 namespace filiform::tools {
 
 namespace {
 
 constexpr std::chrono::seconds kFarLook{10};
+constexpr std::size_t kOpenedAtOnce = 8;  // sets that are opened
 
 std::string servedName(const std::string& path) {
   namespace fs = std::filesystem;
@@ -22,6 +27,32 @@ std::string servedName(const std::string& path) {
   if (name == "." || name == "..") name = fs::canonical(folder, missing).filename().string();
   if (endsWithNoCase(name, ".fil")) name.resize(name.size() - 4);
   return name;
+}
+
+bool isPlainName(std::string_view name) {
+  return !name.empty() && name.front() != '.' && std::all_of(name.begin(), name.end(), [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '_' ||
+           c == '.';
+  });
+}
+
+// Throws UsageError if two have the same name.
+void checkNames(const std::vector<ShelfEntry>& entries) {
+  std::set<std::string> names;
+  for (const ShelfEntry& entry : entries)
+    if (!names.insert(entry.name).second)
+      throw UsageError("SET " + escaped(entry.path, 80) + ": another set has the name '" + escaped(entry.name, 80) +
+                       "'; give this one another name: NAME=" + escaped(entry.path, 80));
+}
+
+// What is left of the budget, for each of the entries without one of their own.
+std::uint64_t partOf(std::uint64_t budget_bytes, const std::vector<ShelfEntry>& entries) {
+  std::uint64_t sharing = 0;
+  for (const ShelfEntry& entry : entries) {
+    budget_bytes -= std::min(budget_bytes, entry.budget_bytes);
+    sharing += entry.budget_bytes == 0;
+  }
+  return budget_bytes / std::max<std::uint64_t>(sharing, 1);
 }
 
 // The revision that CURRENT names now.
@@ -35,69 +66,134 @@ std::string namedRevision(const TileSource& source) {
 
 }  // namespace
 
-SetShelf::SetShelf(const std::vector<std::string>& paths, std::uint64_t budget_bytes, const RemoteOptions& remote)
-    : budget_bytes_(budget_bytes / std::max<std::size_t>(paths.size(), 1)), remote_(remote) {
-  for (const std::string& path : paths) {
-    const std::string name = servedName(path);
-    if (name.empty()) throw UsageError("SET " + escaped(path, 80) + ": a set needs a folder with a name");
-    if (find(name))
-      throw UsageError("SET " + escaped(path, 80) + ": another set has the name '" + escaped(name, 80) +
-                       "'; serve it under a link with another name");
-    slots_.push_back({path, isAddress(path) ? openSource(path, remote_) : nullptr,
-                      std::make_shared<const ServedSet>(name, path, budget_bytes_, remote_)});
+std::vector<ShelfEntry> shelfEntries(const std::vector<std::string>& texts, const RemoteOptions& remote) {
+  std::vector<ShelfEntry> entries;
+  for (const std::string& text : texts) {
+    const std::size_t equals = text.find('=');
+    std::error_code missing;
+    const bool named = equals != std::string::npos && isPlainName(std::string_view(text).substr(0, equals)) &&
+                       equals + 1 < text.size() && !std::filesystem::exists(text, missing);
+    const std::string path = named ? text.substr(equals + 1) : text;
+    entries.push_back({named ? text.substr(0, equals) : servedName(path), path, remote});
+    if (entries.back().name.empty())
+      throw UsageError("SET " + escaped(path, 80) +
+                       ": a set needs a folder with a name; or give NAME=" + escaped(path, 80));
   }
+  return entries;
+}
+
+SetShelf::SetShelf(const std::vector<ShelfEntry>& entries, std::uint64_t budget_bytes)
+    : budget_bytes_(budget_bytes), part_bytes_(partOf(budget_bytes, entries)) {
+  checkNames(entries);
+  for (const ShelfEntry& entry : entries) slots_.push_back({entry});
+  std::vector<std::exception_ptr> failures(slots_.size());
+  runItems(slots_.size(), kOpenedAtOnce, [&](std::size_t i) {
+    try {
+      open(slots_[i]);
+    } catch (const std::exception& error) {
+      failures[i] = std::current_exception();
+      slots_[i].problem = error.what();
+    }
+  });
+  for (const Slot& slot : slots_)
+    if (!slot.problem.empty()) problems_.push_back(slot.problem);
+  if (!entries.empty() && problems_.size() == entries.size()) std::rethrow_exception(failures.front());
+}
+
+void SetShelf::open(Slot& slot) const {
+  const ShelfEntry& entry = slot.entry;
+  slot.next_look = std::chrono::steady_clock::now() + kFarLook;
+  if (slot.watched == nullptr && isAddress(entry.path)) slot.watched = openSource(entry.path, entry.remote);
+  auto opened = std::make_shared<const ServedSet>(entry.name, entry.path,
+                                                  entry.budget_bytes != 0 ? entry.budget_bytes : part_bytes_,
+                                                  entry.remote, entry.open_files);
+  const std::lock_guard lock(mutex_);
+  if (slot.current != nullptr) {
+    slot.older.insert(slot.older.begin(), slot.current->sharedSet());
+    slot.older.resize(std::min(slot.older.size(), kOlder));
+  }
+  slot.current.swap(opened);
+}
+
+void SetShelf::replace(const std::vector<ShelfEntry>& entries) {
+  checkNames(entries);
+  part_bytes_ = partOf(budget_bytes_, entries);
+  std::vector<Slot> slots;
+  for (const ShelfEntry& entry : entries) {
+    const Slot* const known = slot(entry.name);
+    slots.push_back(known != nullptr && known->current != nullptr && known->entry == entry ? *known : Slot{entry});
+  }
+  {
+    const std::lock_guard lock(mutex_);
+    slots_.swap(slots);
+  }
+  refresh();
+}
+
+std::vector<SetShelf::State> SetShelf::states() const {
+  const std::lock_guard lock(mutex_);
+  std::vector<State> states;
+  for (const Slot& slot : slots_)
+    states.push_back({slot.entry.name, slot.current != nullptr, slot.current != nullptr && slot.problem.empty()});
+  return states;
 }
 
 std::vector<std::shared_ptr<const ServedSet>> SetShelf::all() const {
   const std::lock_guard lock(mutex_);
   std::vector<std::shared_ptr<const ServedSet>> sets;
-  for (const Slot& slot : slots_) sets.push_back(slot.current);
+  for (const Slot& slot : slots_)
+    if (slot.current != nullptr) sets.push_back(slot.current);
   return sets;
+}
+
+const SetShelf::Slot* SetShelf::slot(const std::string& name) const {
+  const auto found =
+      std::find_if(slots_.begin(), slots_.end(), [&](const Slot& one) { return one.entry.name == name; });
+  return found == slots_.end() ? nullptr : &*found;
 }
 
 std::shared_ptr<const ServedSet> SetShelf::find(const std::string& name) const {
   const std::lock_guard lock(mutex_);
-  for (const Slot& slot : slots_)
-    if (slot.current->name() == name) return slot.current;
-  return nullptr;
+  const Slot* const found = slot(name);
+  return found == nullptr ? nullptr : found->current;
+}
+
+bool SetShelf::has(const std::string& name) const {
+  const std::lock_guard lock(mutex_);
+  return slot(name) != nullptr;
 }
 
 std::shared_ptr<const TileSet> SetShelf::revision(const std::string& name, const std::string& revision) const {
   const std::lock_guard lock(mutex_);
-  for (const Slot& slot : slots_) {
-    if (slot.current->name() != name) continue;
-    if (slot.current->set().revision() == revision) return slot.current->sharedSet();
-    for (const auto& set : slot.older)
-      if (set->revision() == revision) return set;
-  }
+  const Slot* const found = slot(name);
+  if (found == nullptr || found->current == nullptr) return nullptr;
+  if (found->current->set().revision() == revision) return found->current->sharedSet();
+  for (const auto& set : found->older)
+    if (set->revision() == revision) return set;
   return nullptr;
 }
 
 std::vector<std::string> SetShelf::refresh() {
   std::vector<std::string> problems;
-  for (Slot& slot : slots_) {  // only refresh() changes slots
-    const std::shared_ptr<const ServedSet> current = slot.current;
-    if (slot.watched != nullptr) {
-      const auto now = std::chrono::steady_clock::now();
-      if (now < slot.next_look) {
-        if (!slot.problem.empty()) problems.push_back(slot.problem);
-        continue;
-      }
+  for (Slot& slot : slots_) {  // only this thread changes slots
+    const auto now = std::chrono::steady_clock::now();
+    const bool rarely = slot.watched != nullptr || slot.current == nullptr;
+    std::string problem = slot.problem;
+    if (!rarely || now >= slot.next_look) {
       slot.next_look = now + kFarLook;
-      slot.problem.clear();
+      problem.clear();
+      try {
+        if (slot.current == nullptr ||
+            namedRevision(slot.watched != nullptr ? *slot.watched : *openFolder(slot.entry.path, 1)) !=
+                slot.current->set().revision())
+          open(slot);
+      } catch (const std::exception& error) {
+        problem = error.what();
+      }
     }
-    try {
-      const std::string named = namedRevision(slot.watched != nullptr ? *slot.watched : *openFolder(slot.path, 1));
-      if (named == current->set().revision()) continue;
-      const auto fresh = std::make_shared<const ServedSet>(current->name(), slot.path, budget_bytes_, remote_);
-      const std::lock_guard lock(mutex_);
-      slot.older.insert(slot.older.begin(), current->sharedSet());
-      slot.older.resize(std::min(slot.older.size(), kOlder));
-      slot.current = fresh;
-    } catch (const std::exception& error) {
-      problems.push_back(error.what());
-      slot.problem = error.what();
-    }
+    if (!problem.empty()) problems.push_back(problem);
+    const std::lock_guard lock(mutex_);
+    slot.problem = std::move(problem);
   }
   const std::lock_guard lock(mutex_);
   problems_ = problems;

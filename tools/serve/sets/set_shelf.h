@@ -1,6 +1,6 @@
 // SetShelf: the sets that the service offers, by name, each in its current revision.
 //
-//   SetShelf shelf({"column.fil"}, 256 << 20);
+//   SetShelf shelf(shelfEntries({"column.fil", "far=s3://sets/lab/column.fil"}), 256 << 20);
 //   if (const auto served = shelf.find("column")) served->nearest().find(p_W);
 //
 // A request keeps the revision that find() gave it, also if another is published meanwhile.
@@ -19,38 +19,72 @@
 
 namespace filiform::tools {
 
+// A set to serve.
+struct ShelfEntry {
+  std::string name, path;  // the path: a folder or an address
+  RemoteOptions remote{};
+  std::uint64_t budget_bytes = 0;  // 0: an equal part of what the others leave
+  std::size_t open_files = 0;      // of a set in a folder that stay open; 0: half of the process's limit
+
+  bool operator==(const ShelfEntry& other) const {
+    return name == other.name && path == other.path && remote.token == other.remote.token &&
+           budget_bytes == other.budget_bytes;
+  }
+};
+
+// PATH or NAME=PATH each. The name of a PATH is that of its folder without `.fil`. Throws UsageError if a name is
+// empty.
+std::vector<ShelfEntry> shelfEntries(const std::vector<std::string>& texts, const RemoteOptions& remote = {});
+
 class SetShelf {
  public:
-  // Opens the sets, folders or addresses, each with an equal part of the budget. A set's name is that of its folder
-  // without `.fil`. Throws UsageError if two sets have the same name or a name is empty; also as TileSet::open() does.
-  SetShelf(const std::vector<std::string>& paths, std::uint64_t budget_bytes, const RemoteOptions& remote = {});
+  // Opens the sets. Those that cannot be opened are tried again by refresh(). Throws UsageError if two sets have the
+  // same name; if none can be opened, as TileSet::open() does for the first one.
+  SetShelf(const std::vector<ShelfEntry>& entries, std::uint64_t budget_bytes);
 
-  // In the order of the paths.
+  // What the service says about one set.
+  struct State {
+    std::string name;
+    bool open = false;   // it has a revision that can be read
+    bool ready = false;  // this revision is the newest one
+  };
+  // In the order of the entries.
+  std::vector<State> states() const;
+  // Serves these sets from now on: opens new ones, and those whose entry has changed; forgets those that are left out.
+  // Requests in work keep their sets. Throws UsageError if two have the same name; nothing changes then. One thread at
+  // a time, which is that of refresh().
+  void replace(const std::vector<ShelfEntry>& entries);
+
+  // The sets that are open, in the order of the entries.
   std::vector<std::shared_ptr<const ServedSet>> all() const;
-  std::shared_ptr<const ServedSet> find(const std::string& name) const;  // nullptr: there is none
+  std::shared_ptr<const ServedSet> find(const std::string& name) const;  // nullptr: there is none, or it is not open
+  bool has(const std::string& name) const;                               // open or not
   // The revision of a set, also one of the last two before the current one; nullptr if the shelf has it not.
   std::shared_ptr<const TileSet> revision(const std::string& name, const std::string& revision) const;
 
-  // Reads CURRENT of each set, of one at an address every ten seconds, and opens newer revisions. A set that cannot be
-  // opened keeps its revision. Returns one line for each set that could not be read. One thread at a time. O(sets),
-  // plus opening.
+  // Reads CURRENT of each set, and opens newer revisions; every ten seconds for a set at an address, or that is not
+  // open. A set that cannot be opened keeps its revision. Returns one line for each set that could not be read. One
+  // thread at a time. O(sets), plus opening.
   std::vector<std::string> refresh();
   // The lines of the last refresh().
   std::vector<std::string> problems() const;
 
  private:
   struct Slot {
-    std::string path;
-    std::shared_ptr<const TileSource> watched;  // of a set at an address
-    std::shared_ptr<const ServedSet> current;
+    ShelfEntry entry;
+    std::shared_ptr<const TileSource> watched{};          // of a set at an address
+    std::shared_ptr<const ServedSet> current{};           // nullptr: never opened
     std::vector<std::shared_ptr<const TileSet>> older{};  // latest first
-    std::chrono::steady_clock::time_point next_look{};    // of a set at an address
+    std::chrono::steady_clock::time_point next_look{};    // of a set at an address, or not open
     std::string problem{};                                // of its last look
   };
   static constexpr std::size_t kOlder = 2;
 
-  std::uint64_t budget_bytes_;  // of one set
-  RemoteOptions remote_;
+  void open(Slot& slot) const;  // a new slot; a failure becomes its problem
+  const Slot* slot(const std::string& name) const;
+
+  const std::uint64_t budget_bytes_;
+  std::uint64_t part_bytes_ = 0;  // of a set without a budget of its own
   mutable std::mutex mutex_;
   std::vector<Slot> slots_;
   std::vector<std::string> problems_;

@@ -10,17 +10,23 @@ namespace filiform::tools {
 namespace {
 
 thread_local std::optional<std::chrono::steady_clock::time_point> answer_deadline;
+thread_local const std::atomic<bool>* answer_left = nullptr;
 
 }  // namespace
 
-TimedStore::Limit::Limit(double seconds) {
+TimedStore::Limit::Limit(double seconds, const std::atomic<bool>* left) {
+  answer_left = left;
   answer_deadline = std::chrono::steady_clock::now() + std::chrono::duration_cast<std::chrono::steady_clock::duration>(
                                                            std::chrono::duration<double>(seconds));
 }
 
-TimedStore::Limit::~Limit() { answer_deadline.reset(); }
+TimedStore::Limit::~Limit() {
+  answer_deadline.reset();
+  answer_left = nullptr;
+}
 
 void TimedStore::check() {
+  if (answer_left != nullptr && *answer_left) throw AnswerTimeout();
   if (answer_deadline && std::chrono::steady_clock::now() >= *answer_deadline) throw AnswerTimeout();
 }
 

@@ -9,6 +9,8 @@
 
 #include "index/set/forwarding_store.h"
 
+#include <atomic>
+
 namespace filiform::tools {
 
 class TimedStore final : public ForwardingStore {
@@ -18,12 +20,13 @@ class TimedStore final : public ForwardingStore {
   // Limits the reads of this thread while it lives. Limits do not nest.
   class Limit {
    public:
-    explicit Limit(double seconds);
+    // `left`: ends the reads also as soon as it is true.
+    explicit Limit(double seconds, const std::atomic<bool>* left = nullptr);
     ~Limit();
     Limit(const Limit&) = delete;
     Limit& operator=(const Limit&) = delete;
   };
-  // Throws AnswerTimeout if this thread has a limit and the time is over.
+  // Throws AnswerTimeout if this thread has a limit and the time is over, or nobody waits for the answer.
   static void check();
 
   std::shared_ptr<const Tile> load(TileId tile) const override;

@@ -56,6 +56,17 @@ TEST_F(HostileClients, OthersGetTheSameAnswersBesideThem) {
   EXPECT_EQ(server.wait(), 0) << test::readBytes(folder_ / "log");
 }
 
+// Nobody but the attacker gets another answer than 200. The times are those of tools/serve/RESULTS.md.
+TEST_F(HostileClients, AttacksHarmOnlyTheAttacker) {
+  ServerProcess server({set_}, folder_ / "log");
+  const std::string out = folder_ / "out";
+  const std::string line = test::inSource("tests/support/servers/attacks") + " " + server.address() + " t --seconds " +
+                           (test::wholeCampaign() ? "60" : "1") + " >" + out + " 2>&1";
+  EXPECT_EQ(std::system(line.c_str()), 0) << test::readBytes(out) << test::readBytes(folder_ / "log");
+  server.signal(SIGTERM);
+  EXPECT_EQ(server.wait(), 0);
+}
+
 // Flips bytes of the packs under a server that keeps few tiles in memory.
 TEST_F(HostileClients, ADamagedSetGivesErrorsAndNoWrongAnswer) {
   ServerProcess server({set_, "--budget", "200KiB"}, folder_ / "log");

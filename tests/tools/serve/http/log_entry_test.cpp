@@ -16,6 +16,9 @@ TEST(LogEntry, LinesHoldNoTokenAndNoControls) {
   EXPECT_EQ(json.at("status"), 303);
   EXPECT_EQ(json.at("ms"), 1.23);
   LogEntry longer = entry;
+  longer.id = "a1\n";
+  EXPECT_TRUE(logLine(longer, LogFormat::text).ends_with(" ms a1\\n"));
+  EXPECT_EQ(nlohmann::json::parse(logLine(longer, LogFormat::json)).at("id"), "a1\\n");
   longer.target = "/" + std::string(8000, 'x');
   EXPECT_LT(logLine(longer, LogFormat::text).size(), 700u);
 }

@@ -28,7 +28,7 @@ class Nginx : public test::ServedColumn {
       GTEST_SKIP() << "needs nginx, openssl and curl";
     test::writeBytes(folder_ / "token", std::string(kProxyToken) + "\n");
     ServedColumn::SetUp();
-    start({"--token-file", folder_ / "token", "--host", "tiles.example"});
+    start({"--token-file", folder_ / "token", "--host", "tiles.example", "--proxy", "127.0.0.1"});
     ASSERT_EQ(shell("cd " + folder_.path() +
                     " && openssl req -x509 -newkey rsa:2048 -nodes -days 2 -subj /CN=tiles.example "
                     "-addext subjectAltName=DNS:tiles.example,IP:127.0.0.1 "
@@ -90,6 +90,25 @@ TEST_F(Nginx, PassesTokensOnAndKeepsPartsForThoseWhoMayRead) {
   EXPECT_EQ(logged.find(kProxyToken), std::string::npos);
   EXPECT_EQ(logged.find(capability), std::string::npos);
   EXPECT_NE(logged.find("/precomputed/~.../t/info"), std::string::npos) << logged;
+}
+
+TEST_F(Nginx, PassesSessionsAndTheClientOn) {
+  const std::string token = std::string("-H 'Authorization: Bearer ") + kProxyToken + "'";
+  const std::string upgrade = token +
+                              " --http1.1 --max-time 2 -o /dev/null -w '%{http_code} ' -H 'Connection: Upgrade' "
+                              "-H 'Upgrade: websocket' -H 'Sec-WebSocket-Version: 13' "
+                              "-H 'Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ=='";
+  std::string revision = curl("/v1/sets/t/files/CURRENT", token);
+  revision.resize(18);
+  EXPECT_EQ(curl("/v1/session", upgrade).substr(0, 4), "101 ");
+  EXPECT_EQ(curl("/v1/sets/t/desks/d1?revision=" + revision, upgrade).substr(0, 4), "101 ");
+  const std::string head = curl("/?token=" + std::string(kProxyToken), "-o /dev/null -D -");
+  EXPECT_NE(head.find("et-cookie: __Host-filiform="), std::string::npos) << head;
+  EXPECT_NE(head.find("; Secure"), std::string::npos) << head;
+  curl("/v1/sets?of=another", token + " --interface 127.0.0.3");
+  EXPECT_NE(test::readBytes(folder_ / "err").find(" 127.0.0.3 GET /v1/sets?of=another"), std::string::npos);
+  EXPECT_NE(curl("/v1/openapi.json", token + " --compressed -o /dev/null -D -").find("ontent-encoding: gzip"),
+            std::string::npos);
 }
 
 // Each command as a process, over TLS, gives what it gives of the folder.

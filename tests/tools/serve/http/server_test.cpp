@@ -215,20 +215,64 @@ TEST_F(Server, IdleAndSlowClientsDoNotLockOthersOut) {
   std::vector<std::unique_ptr<RawClient>> idle;
   for (int i = 0; i < 30; ++i) idle.push_back(std::make_unique<RawClient>(server_->port()));
   EXPECT_EQ(fetch(server_->port(), "/healthz").status, 200u);
-  // A header that never ends takes a place, until its time is over; the last place is not taken.
+  // A connection without a whole request gives way.
   std::vector<std::unique_ptr<RawClient>> slow;
-  for (int i = 0; i < 7; ++i) {
+  for (int i = 0; i < 30; ++i) {
     slow.push_back(std::make_unique<RawClient>(server_->port()));
-    slow.back()->send("GET / HTTP/1.1\r\nHost");
-    std::this_thread::sleep_for(20ms);
+    slow.back()->send(i % 2 == 0 ? "G" : "GET / HTTP/1.1\r\nHost");
   }
   EXPECT_EQ(fetch(server_->port(), "/healthz").status, 200u);
-  slow.push_back(std::make_unique<RawClient>(server_->port()));
-  slow.back()->send("GET / HTTP/1.1\r\nHost");
-  std::this_thread::sleep_for(200ms);
-  const auto full = fetch(server_->port(), "/healthz");
-  EXPECT_EQ(full.status, 503u);
-  EXPECT_NE(full.head.find("Retry-After: 1"), std::string::npos);
+  EXPECT_EQ(fetch(server_->port(), "/v1/sets/t/nearest?at=1,2,3").status, 200u);
+}
+
+// Clients that do not read their answers keep all places.
+TEST_F(Server, HealthIsAnsweredBeyondTheMostClients) {
+  start({"--max-clients", "4"});
+  const std::string current = fetch(server_->port(), "/v1/sets/t/files/CURRENT").body;
+  const std::string revision = current.substr(0, current.find('\n'));
+  std::string file;
+  std::uintmax_t most = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(set_ + "/" + revision))
+    if (entry.file_size() > most) most = entry.file_size(), file = entry.path().filename().string();
+  std::vector<std::unique_ptr<RawClient>> readers;
+  for (int i = 0; i < 4; ++i) {
+    readers.push_back(std::make_unique<RawClient>(server_->port(), 4096));
+    std::string many;
+    for (int k = 0; k < 20; ++k)
+      many += "GET /v1/sets/t/files/" + revision + "/" + file + " HTTP/1.1\r\nHost: localhost\r\n\r\n";
+    readers.back()->send(many);
+  }
+  unsigned status = 0;
+  std::string head;
+  for (int i = 0; i < 100 && status != 503; ++i) {  // until all of them are being answered
+    const auto reply = fetch(server_->port(), "/v1/sets/t");
+    status = reply.status, head = reply.head;
+    std::this_thread::sleep_for(20ms);
+  }
+  EXPECT_EQ(status, 503u) << most << " bytes are sent at once";
+  EXPECT_NE(head.find("Retry-After: 1"), std::string::npos) << head;
+  for (const char* target : {"/healthz", "/readyz", "/metrics"})
+    EXPECT_EQ(fetch(server_->port(), target).status, 200u) << target;
+}
+
+TEST_F(Server, WorkEndsWhenItsClientLeaves) {
+  start({"--threads", "1"});
+  std::string points = "{\"k\":100,\"points\":[[0,0,0]";
+  for (int i = 1; i < 9000; ++i) points += ",[" + std::to_string(i % 700) + ",100,50]";
+  points += "]}";
+  const std::string request =
+      "POST /v1/sets/t/nearest HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nContent-Length: " +
+      std::to_string(points.size()) + "\r\n\r\n" + points;
+  for (int i = 0; i < 20; ++i) RawClient(server_->port()).send(request);
+  std::string metrics;
+  for (int i = 0; i < 1000 && (metrics.find("filiform_left_answers_total 20\n") == std::string::npos ||
+                               metrics.find("filiform_waiting_requests 0\n") == std::string::npos);
+       ++i) {
+    std::this_thread::sleep_for(20ms);
+    metrics = fetch(server_->port(), "/metrics").body;
+  }
+  EXPECT_NE(metrics.find("filiform_left_answers_total 20\n"), std::string::npos) << metrics;
+  EXPECT_NE(metrics.find("filiform_waiting_requests 0\n"), std::string::npos) << metrics;
 }
 
 TEST_F(Server, RequestsInOnePacketAreAnsweredInOrder) {

@@ -56,10 +56,9 @@ TEST(Access, OnlyTheTokenOpens) {
   EXPECT_EQ(sets.get("/readyz").status, 200u);
   EXPECT_EQ(sets.get("/v1/sets", {{"authorization", "Bearer " + kToken}}).status, 200u);
   EXPECT_EQ(sets.get("/v1/sets", {{"authorization", "bearer " + kToken}}).status, 200u);
-  EXPECT_EQ(sets.get("/v1/sets", {{"cookie", "a=b; filiform_token=" + kToken + "; c=d"}}).status, 200u);
   for (const std::string& wrong : {std::string(), kToken + "0", kToken.substr(1), std::string("x"), kToken + kToken}) {
     EXPECT_EQ(sets.get("/v1/sets", {{"authorization", "Bearer " + wrong}}).status, 401u) << wrong;
-    EXPECT_EQ(sets.get("/v1/sets", {{"cookie", "filiform_token=" + wrong}}).status, 401u) << wrong;
+    EXPECT_EQ(sets.get("/v1/sets", {{"cookie", "filiform=" + wrong}}).status, 401u) << wrong;
   }
   EXPECT_EQ(sets.get("/v1/sets?token=" + kToken).status, 401u) << "only the page takes it in the URL";
   EXPECT_FALSE(Access({}).isToken(""));
@@ -70,24 +69,98 @@ TEST(Access, ThePageTurnsTheTokenIntoACookie) {
   const Answer right = sets.get("/?token=" + kToken);
   EXPECT_EQ(right.status, 303u);
   EXPECT_EQ(right.header("Location"), "/");
-  EXPECT_EQ(right.header("Set-Cookie"), "filiform_token=" + kToken + "; HttpOnly; SameSite=Strict; Path=/");
+  const std::string cookie = right.header("Set-Cookie"), pair = cookie.substr(0, cookie.find(';'));
+  EXPECT_TRUE(pair.starts_with("filiform=")) << pair;
+  EXPECT_EQ(cookie.substr(pair.size()), "; HttpOnly; SameSite=Strict; Path=/");
+  EXPECT_EQ(cookie.find(kToken), std::string::npos) << "the cookie holds the token";
+  EXPECT_NE(sets.get("/?token=" + kToken).header("Set-Cookie"), cookie) << "each log-in has its own value";
+  EXPECT_EQ(sets.get("/v1/sets", {{"cookie", "a=b; " + pair + "; c=d"}}).status, 200u);
+  EXPECT_EQ(sets.get("/v1/sets", {{"cookie", pair + "0"}}).status, 401u);
+  std::string changed = pair;
+  changed[12] = changed[12] == '0' ? '1' : '0';
+  EXPECT_EQ(sets.get("/v1/sets", {{"cookie", changed}}).status, 401u);
+  const test::ServedSets another({.token = kToken, .origins = {}, .hosts = {}});
+  EXPECT_EQ(another.get("/v1/sets", {{"cookie", pair}}).status, 200u) << "servers with one token know each other's";
   const Answer wrong = sets.get("/?token=wrong");
   EXPECT_EQ(wrong.status, 401u);
   EXPECT_EQ(wrong.header("Set-Cookie"), "");
+}
+
+// Browsers send the cookies of a host to all of its ports.
+TEST(Access, ACookieHasTheNameOfItsPort) {
+  const Access access({.token = kToken, .origins = {}, .hosts = {}});
+  Request request;
+  const auto named = [&](const char* host) {
+    request.headers["host"] = host;
+    const std::string cookie = access.cookie(request);
+    return cookie.substr(0, cookie.find('='));
+  };
+  EXPECT_EQ(named("localhost:7878"), "filiform_7878");
+  EXPECT_EQ(named("[::1]:7879"), "filiform_7879");
+  EXPECT_EQ(named("[::1]"), "filiform");
+  request.is_tls = true;
+  EXPECT_EQ(named("tiles.example"), "__Host-filiform");
+  EXPECT_TRUE(access.cookie(request).ends_with("; Path=/; Secure"));
+}
+
+TEST(Access, AnotherTokenEndsCookiesAndCapability) {
+  Access access({.token = kToken, .origins = {}, .hosts = {}});
+  Request request;
+  request.headers["host"] = "localhost";
+  const std::string cookie = access.cookie(request), capability = access.capability();
+  request.headers["cookie"] = cookie.substr(0, cookie.find(';'));
+  EXPECT_FALSE(access.refuse(request, false));
+  access.setToken(kToken + "x");
+  EXPECT_TRUE(access.isToken(kToken + "x"));
+  EXPECT_FALSE(access.isToken(kToken));
+  EXPECT_TRUE(access.refuse(request, false));
+  EXPECT_NE(access.capability(), capability);
+}
+
+TEST(Access, ServersWithOneLinkKeyShareTheirLinks) {
+  const AccessRules rules{.token = kToken, .origins = {}, .hosts = {}, .link_key = "a key of the cluster"};
+  Access one(rules), another(rules);
+  EXPECT_EQ(one.capability(), another.capability());
+  EXPECT_EQ(one.capability().size(), Access({.token = kToken, .origins = {}, .hosts = {}}).capability().size());
+  EXPECT_THROW(one.revokeCapability(), Refusal);
+  one.setLinkKey("another key of the cluster");
+  EXPECT_NE(one.capability(), another.capability());
+  another.setLinkKey("another key of the cluster");
+  EXPECT_EQ(one.capability(), another.capability());
+}
+
+TEST(Access, ManyWrongTokensAreCountedAndSlowedDown) {
+  const test::ServedSets sets({.token = kToken, .origins = {}, .hosts = {}});
+  for (unsigned i = 0; i < kMostWrong; ++i) {
+    EXPECT_EQ(sets.get("/v1/sets", {{"authorization", "Bearer x"}}).status, 401u);
+    EXPECT_EQ(sets.get("/v1/sets").status, 401u) << "who gives none has not tried one";
+  }
+  EXPECT_EQ(sets.get("/v1/sets", {{"authorization", "Bearer x"}}).status, 429u);
+  EXPECT_EQ(sets.get("/?token=x").status, 429u);
+  EXPECT_EQ(sets.get("/v1/sets", {{"authorization", "Bearer " + kToken}}).status, 200u)
+      << "another client of the same address";
+  EXPECT_EQ(sets.metrics.refused_tokens, 2 * kMostWrong + 2);
+}
+
+TEST(Access, NamesOfSetsCannotBeTriedWithoutTheToken) {
+  const test::ServedSets sets({.token = kToken, .origins = {}, .hosts = {}});
+  for (const char* target : {"/travel/fork?token=bad", "/travel/nosuch?token=bad", "/v1/sets/nosuch"})
+    EXPECT_EQ(sets.get(target).status, 401u) << target;
+  EXPECT_EQ(sets.get("/travel/nosuch?token=" + kToken).status, 404u);
 }
 
 TEST(Access, TokensAreReadFromTheFirstLine) {
   const test::TempFolder folder;
   const auto read = [&](const std::string& bytes) {
     test::writeBytes(folder / "token", bytes);
-    return readToken(folder / "token");
+    return readToken("--token-file", folder / "token");
   };
   EXPECT_EQ(read(kToken), kToken);
   EXPECT_EQ(read("\xEF\xBB\xBF" + kToken + " \r\nmore\n"), kToken);
   for (const std::string wrong : {"", "short", "\n0123456789abcdef0123", "0123456789abcdef 0123",
                                   "0123456789abcdef\t0123", "0123456789abcdef;0123"})
     EXPECT_THROW(read(wrong), UsageError) << wrong;
-  EXPECT_THROW(readToken(folder / "absent"), IoError);
+  EXPECT_THROW(readToken("--token-file", folder / "absent"), IoError);
 }
 
 }  // namespace

@@ -126,17 +126,17 @@ TEST_F(FileAnswer, ASetThatIsDamagedKeepsItsRevision) {
   test::writeBytes(sets_.folder / "column.fil/CURRENT", "r-0000000000000000\n");
   EXPECT_EQ(sets_.shelf->refresh().size(), 1u);
   EXPECT_EQ(revision(), before);
-  EXPECT_EQ(sets_.get("/readyz").status, 503u);
+  EXPECT_EQ(sets_.get("/readyz").body, "ready: 2 of 2 sets, 1 in the newest revision\n");
   EXPECT_EQ(sets_.get("/v1/sets/column/nearest?at=0,0,0").status, 200u);
   test::writeBytes(sets_.folder / "column.fil/CURRENT", before + "\n");
   EXPECT_TRUE(sets_.shelf->refresh().empty());
-  EXPECT_EQ(sets_.get("/readyz").status, 200u);
+  EXPECT_EQ(sets_.get("/readyz").body, "ready: 2 of 2 sets, 2 in the newest revision\n");
 }
 
 TEST(SetShelf, TwoSetsOfOneNameAreRefused) {
   const test::ServedSets sets;
   const std::string set = sets.folder / "fork.fil";
-  EXPECT_THROW(SetShelf({set, set + "/"}, 1 << 20), UsageError);
+  EXPECT_THROW(SetShelf(tools::shelfEntries({set, set + "/"}), 1 << 20), UsageError);
 }
 
 }  // namespace

@@ -3,11 +3,13 @@
 #include "tests/support/servers/served_sets.h"
 #include "tools/serve/sets/limits.h"
 
+#include <atomic>
 #include <cmath>
 #include <random>
 #include <set>
 #include <string>
 #include <vector>
+#include <zlib.h>
 
 #include <gtest/gtest.h>
 
@@ -155,6 +157,59 @@ TEST_F(NearestAnswer, SampleIdsAreKeptWithinTheirBudget) {
       EXPECT_LE(ids.bytes(), 3000u);
     }
   EXPECT_GT(ids.bytes(), 0u);
+}
+
+TEST_F(NearestAnswer, CachesAskWhetherTheAnswerIsTheSame) {
+  const std::string target = "/v1/sets/column/nearest?at=1,2,3";
+  const Answer first = sets_.get(target);
+  const std::string tag = first.header("ETag");
+  EXPECT_TRUE(tag.starts_with("W/\"" + column().set().revision() + '-')) << tag;
+  EXPECT_EQ(first.header("Cache-Control"), "public, no-cache");
+  const Answer same = sets_.get(target, {{"if-none-match", "\"x\", " + tag}});
+  EXPECT_EQ(same.status, 304u);
+  EXPECT_EQ(same.body, "");
+  EXPECT_EQ(same.header("ETag"), tag);
+  EXPECT_NE(sets_.get(target + "&k=2").header("ETag"), tag);
+  EXPECT_NE(sets_.get("/v1/sets/fork/nearest?at=1,2,3").header("ETag"), tag);
+  EXPECT_NE(sets_.get(target, {{"accept", kNpyType}}).header("ETag"), tag);
+  EXPECT_EQ(sets_.get("/v1/sets/column/nearest?at=1,2").header("ETag"), "") << "an error has none";
+  EXPECT_EQ(sets_.get("/v1/sets").header("Cache-Control"), "no-store");
+}
+
+TEST_F(NearestAnswer, TextIsCompressedForClientsThatTakeIt) {
+  const std::string target = "/v1/sets/column/nearest?at=1,2,3&k=100";
+  const Answer plain = sets_.get(target), packed = sets_.get(target, {{"accept-encoding", "br, gzip"}});
+  EXPECT_EQ(plain.header("Content-Encoding"), "");
+  EXPECT_EQ(packed.header("Content-Encoding"), "gzip");
+  EXPECT_NE(packed.header("Vary").find("Accept-Encoding"), std::string::npos);
+  EXPECT_LT(packed.body.size(), plain.body.size() / 2);
+  std::string text(plain.body.size() + 100, '\0');
+  z_stream stream{};
+  ASSERT_EQ(::inflateInit2(&stream, 31), Z_OK);
+  std::string bytes = packed.body;
+  stream.next_in = reinterpret_cast<Bytef*>(bytes.data());
+  stream.avail_in = static_cast<uInt>(bytes.size());
+  stream.next_out = reinterpret_cast<Bytef*>(text.data());
+  stream.avail_out = static_cast<uInt>(text.size());
+  EXPECT_EQ(::inflate(&stream, Z_FINISH), Z_STREAM_END);
+  text.resize(stream.total_out);
+  ::inflateEnd(&stream);
+  EXPECT_EQ(text, plain.body);
+  const Answer small = sets_.get("/v1/sets/column/nearest?at=1,2,3", {{"accept-encoding", "gzip"}});
+  EXPECT_EQ(small.header("Content-Encoding"), "") << "too small to gain";
+  EXPECT_EQ(sets_.get(target, {{"accept-encoding", "gzip"}, {"accept", kNpyType}}).header("Content-Encoding"), "");
+}
+
+TEST_F(NearestAnswer, WorkEndsWhenNobodyWaits) {
+  std::atomic<bool> left{true};
+  for (const char* target : {"/nearest?at=1,2,3", "/box?lo=0,0,0&hi=50,500,50", "/density?step=10"}) {
+    Request request;
+    request.method = "GET";
+    request.target = std::string("/v1/sets/column") + target;
+    request.headers["host"] = "localhost";
+    EXPECT_EQ(sets_.routes->answer(request, &left).answer.status, 503u) << target;
+  }
+  EXPECT_EQ(sets_.get("/v1/sets/column/nearest?at=1,2,3").status, 200u);
 }
 
 TEST_F(NearestAnswer, ReadsEndWhenTheTimeIsOver) {

@@ -55,7 +55,7 @@ TEST(PageAnswer, NamesOfSetsStayText) {
   const std::string name = "<img src=x onerror=alert(1)>\"'&\x01 %2F#!";
   CellList cells(test::randomColumn(5, 1, 40, 30));
   ingest(cells, sets.folder / (name + ".fil"), {});
-  sets.shelf.emplace(std::vector<std::string>{sets.folder / (name + ".fil")}, 64 << 20);
+  sets.shelf.emplace(tools::shelfEntries({sets.folder / (name + ".fil")}), 64 << 20);
   sets.service->neuroglancer = "https://ng.example/";
   const std::string html = sets.get("/").body;
   EXPECT_FALSE(holds(html, "<img"));
@@ -71,7 +71,7 @@ TEST(PageAnswer, NamesOfSetsStayText) {
 TEST(PageAnswer, HoldsTheCapabilityAndNeverTheToken) {
   test::ServedSets sets({.token = kPageToken, .origins = {}, .hosts = {}});
   sets.service->neuroglancer = "https://ng.example/";
-  const std::string html = sets.get("/", {{"cookie", "filiform_token=" + kPageToken}}).body;
+  const std::string html = sets.get("/", {{"authorization", "Bearer " + kPageToken}}).body;
   EXPECT_FALSE(holds(html, kPageToken));
   EXPECT_TRUE(holds(html, "/precomputed/~" + sets.access.capability() + "/fork"));
   EXPECT_TRUE(holds(html, "/catmaid/~" + sets.access.capability() + "/fork/1"));

@@ -82,7 +82,7 @@ TEST(PrecomputedAnswer, NamesThatAreNumbersAreTheIds) {
     test::writeBytes(sets.folder / (std::string(name) + ".swc"), swc + "3 3 2 0 0 1 2\n# " + name + "\n");
   Input input({sets.folder / "720575940626286432.swc", sets.folder / "18446744073709551615.swc"});
   ingest(input, sets.folder / "numbers.fil", {});
-  sets.shelf.emplace(std::vector<std::string>{sets.folder / "numbers.fil"}, 64 << 20);
+  sets.shelf.emplace(tools::shelfEntries({sets.folder / "numbers.fil"}), 64 << 20);
   EXPECT_EQ(sets.get("/precomputed/numbers/720575940626286432").status, 200u);
   EXPECT_EQ(sets.get("/precomputed/numbers/18446744073709551615").status, 200u);
   EXPECT_EQ(sets.get("/precomputed/numbers/1").status, 404u);

@@ -77,7 +77,9 @@ class BenchClient {
 class BenchServer {
  public:
   BenchServer(const std::string& set, std::uint64_t budget_bytes)
-      : shelf_({set}, budget_bytes), server_(routes_, metrics_, options()), thread_([this] { server_.run(); }) {}
+      : shelf_(shelfEntries({set}), budget_bytes),
+        server_(routes_, metrics_, options()),
+        thread_([this] { server_.run(); }) {}
   ~BenchServer() {
     stop_ = true;
     thread_.join();

@@ -78,7 +78,7 @@ class BareTimer {
 class SessionServer {
  public:
   SessionServer(const std::string& set, std::uint64_t budget_bytes)
-      : shelf_({set}, std::uint64_t{256} << 20),
+      : shelf_(shelfEntries({set}), std::uint64_t{256} << 20),
         house_(shelf_, {.budget_bytes = budget_bytes, .most_sessions = 1000}),
         server_(routes_, metrics_, options()),
         thread_([this] { server_.run(); }) {}

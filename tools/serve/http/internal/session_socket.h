@@ -1,7 +1,9 @@
 // SessionSocket: a WebSocket that speaks filiform.v1 through a SessionClient. Included by server.cpp alone, because it
-// needs Boost.Asio. Thread rule: the thread of the server's io_context; answers are made on its workers.
+// needs Boost.Asio. Thread rule: the thread of the server's io_context; its AnswerLine makes the answers.
 #pragma once
 
+#include "tools/serve/http/answer_line.h"
+#include "tools/serve/http/client_address.h"
 #include "tools/serve/http/internal/server_socket.h"
 #include "tools/serve/session/session_client.h"
 
@@ -18,8 +20,8 @@ namespace filiform::tools::internal {
 
 // What the sockets share.
 struct SessionHall : SocketSet {
-  SessionHall(boost::asio::io_context& i, boost::asio::thread_pool& w) : SocketSet(i), workers(w) {}
-  boost::asio::thread_pool& workers;
+  SessionHall(boost::asio::io_context& i, AnswerLine& l) : SocketSet(i), line(l) {}
+  AnswerLine& line;
   SessionHouse* house = nullptr;  // nullptr: there are no sessions
   std::string version = {};
   std::atomic<bool> woken{false};  // a call of pump() for all waits
@@ -80,7 +82,7 @@ class SessionSocket : public ServerSocket {
     answering_ = true;
     std::string text = std::move(asked_.front());
     asked_.pop_front();
-    post(hall_.workers, [self = self(), text = std::move(text)] {
+    hall_.line.add(shareOf(clientAddress()), [self = self(), text = std::move(text)] {
       std::string answer = self->client_->answer(text);
       post(self->hall_.io, [self, answer = std::move(answer)]() mutable {
         self->answering_ = false;
@@ -95,7 +97,7 @@ class SessionSocket : public ServerSocket {
   // The end of a recording may wait for the disk. No answer is made any more, because one worker makes the answers of
   // a socket at a time.
   void ended() override {
-    if (!answering_) post(hall_.workers, [client = client_] { client->close(); });
+    if (!answering_) hall_.line.add(shareOf(clientAddress()), [client = client_] { client->close(); });
   }
 
   std::shared_ptr<SessionSocket> self() { return std::static_pointer_cast<SessionSocket>(shared_from_this()); }

@@ -15,14 +15,12 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>
-#include <boost/asio/thread_pool.hpp>
 
 namespace filiform::tools::internal {
 
 using Job = std::function<void()>;
 
 inline void post(boost::asio::io_context& io, Job job) { boost::asio::post(io, std::move(job)); }
-inline void post(boost::asio::thread_pool& workers, Job job) { boost::asio::post(workers, std::move(job)); }
 
 class TcpWire {
  public:
