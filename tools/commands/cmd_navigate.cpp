@@ -438,7 +438,7 @@ void addNavigate(CLI::App& app, Chosen& chosen) {
       ->capture_default_str();
   command
       ->add_option("--leap", a->leap,
-                   "let climb go up this part of its range in a tick: 0 follows the neurite, 1 needs the least force")
+                   "multiply climb's range in a tick by this factor: 0 follows the neurite, 1 needs the least force")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 1.0));
   command->add_option("--hand", a->hand, "simulate a loose, medium or firm hand: short for --device sim:HAND");

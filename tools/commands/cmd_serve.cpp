@@ -282,7 +282,7 @@ void addServe(CLI::App& app, Chosen& chosen) {
       ->type_name("FILE");
   command
       ->add_option("--drain-first", a->drain_first_s,
-                   "after SIGTERM, answer on for this time, s, while /readyz says 503")
+                   "after SIGTERM, answer on for this many seconds, while /readyz says 503")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 3600.0));
   command->add_option("--listen", a->listen, "listen on this address; port 0: a free one")

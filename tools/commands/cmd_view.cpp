@@ -209,7 +209,7 @@ void addView(CLI::App& app, Chosen& chosen) {
       ->check(CLI::Range(Workspace::kMinZoom_um, Workspace::kMaxZoom_um));
   command
       ->add_option("--leap", a->leap,
-                   "let climb go up this part of its range in a tick: 0 follows the neurite, 1 needs the least force")
+                   "multiply climb's range in a tick by this factor: 0 follows the neurite, 1 needs the least force")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 1.0));
   command->add_option("--stiffness", a->stiffness_N_m, "stiffness of the spring to the proxy, N/m");
