@@ -24,10 +24,14 @@ std::string withoutDirect(const std::string& spec) {
   return spec.ends_with(kDirect) ? spec.substr(0, spec.size() - kDirect.size()) : spec;
 }
 
+bool isForceDevice(const std::string& spec) {
+  const std::string kind = spec.substr(0, spec.find_first_of(":,"));
+  return kind == "falcon" || kind == "haply";
+}
+
 std::unique_ptr<HapticDevice> makeDevice(const std::string& given, const DeviceFactoryOptions& options) {
   const std::string direct = withoutDirect(given);
-  const bool renders = direct == "falcon" || direct.starts_with("falcon:") || direct.starts_with("falcon,") ||
-                       direct == "haply" || direct.starts_with("haply:") || direct.starts_with("haply,");
+  const bool renders = isForceDevice(direct);
   const std::string& spec = renders ? direct : given;
   const std::size_t colon = spec.find(':');
   const std::string kind = spec.substr(0, colon);

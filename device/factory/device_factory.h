@@ -31,6 +31,8 @@ struct DeviceFactoryOptions {
 // or a device that its process cannot open.
 std::unique_ptr<HapticDevice> makeDevice(const std::string& spec, const DeviceFactoryOptions& options = {});
 
+// True for the name of a Falcon or an Inverse3: it renders force, and keeps its own time.
+bool isForceDevice(const std::string& spec);
 // The name without ",direct" at its end.
 std::string withoutDirect(const std::string& spec);
 

@@ -1,5 +1,6 @@
 #include "solver/travel/run/internal/run_parts.h"
 
+#include "device/factory/device_factory.h"
 #include "index/count_text.h"
 #include "index/errors.h"
 #include "index/output.h"
@@ -18,6 +19,16 @@ namespace {
 constexpr double kTourTime_s = 60;
 constexpr double kEndless_s = 1e12;  // a replay ends with its recording
 
+[[noreturn]] void refuseVirtualTime(const std::string& device) {
+  throw UsageError("device " + inShort(device) + " keeps its own time: add --realtime");
+}
+
+// Refuses before a process starts that opens the device.
+const RunOptions& checked(const RunOptions& wanted) {
+  if (!wanted.realtime && !wanted.make_device && isForceDevice(wanted.device)) refuseVirtualTime(wanted.device);
+  return wanted;
+}
+
 TileKind tileKindOf(const RunOptions& options, const TravelDevice& device) {
   if (options.in_memory) return TileKind::held;
   return device.replaysMarks() && !options.realtime ? TileKind::replay : TileKind::resident;
@@ -27,7 +38,7 @@ TileKind tileKindOf(const RunOptions& options, const TravelDevice& device) {
 
 RunParts::RunParts(const TileStore& scene, const RunOptions& wanted)
     : store(scene),
-      options(wanted),
+      options(checked(wanted)),
       time(options.rate_Hz),
       itinerary(store, options),
       first(itinerary.next()),
@@ -73,7 +84,7 @@ void RunParts::check() const {
         "a tour can be replayed in virtual time only, because its jumps must be made at the recorded ticks: leave out "
         "--realtime");
   if ((device.capabilities().paces_loop || device.capabilities().keeps_time) && !options.realtime)
-    throw UsageError("device " + inShort(options.device) + " keeps its own time: add --realtime");
+    refuseVirtualTime(options.device);
   if (device.capabilities().rate_control && !options.realtime && device.replay() == nullptr)
     throw UsageError("device " + device.capabilities().name + " works in real time only: add --realtime");
 }
