@@ -139,6 +139,9 @@ struct MockedBridge {
   BridgeDevice device;
 };
 
+// The full force, 1 N, in 50 ms: a loop that another job holds up fades, and grows so fast again.
+constexpr double kGrow_N_ns = 20.2e-9;
+
 // Times are printed, not asserted: the machine is shared.
 TEST(VendorBridges, OpenHapticsRendersInEachFrameOfTheServo) {
   MockedBridge touch("openhaptics", "FILIFORM_LIBHD", "libmock_hd.so");
@@ -168,7 +171,7 @@ TEST(VendorBridges, OpenHapticsRendersInEachFrameOfTheServo) {
 
 TEST(VendorBridges, OpenHapticsRecoversFromForceErrorsAndAsksForTheInkwell) {
   MockedBridge touch("openhaptics", "FILIFORM_LIBHD", "libmock_hd.so", "FILIFORM_MOCK_HD",
-                     "warm:900 velocity:4500 inkwell:6500 unplug:9000");
+                     "warm:2500 velocity:6100 inkwell:8100 unplug:10600");
   touch.pushUntilFull();
   for (int fault = 0; fault < 3; ++fault) {
     touch.pushUntilReady(false);
@@ -186,15 +189,15 @@ TEST(VendorBridges, OpenHapticsRecoversFromForceErrorsAndAsksForTheInkwell) {
   EXPECT_EQ(timesInText(said, "\n"), 5) << said;
   // A row is a frame: the force is off from the frame after the error on, and comes back by a ramp.
   const std::vector<VendorRow> rows = vendorRows(touch.folder / "log");
-  ASSERT_GT(rows.size(), 9000U);
-  EXPECT_GT(rows[899].force_N, 0.5);
-  EXPECT_GT(rows[4499].force_N, 0.5);
-  for (const std::size_t from : {900, 4500})
+  ASSERT_GT(rows.size(), 10600U);
+  EXPECT_GT(rows[2499].force_N, 0.5);
+  EXPECT_GT(rows[6099].force_N, 0.5);
+  for (const std::size_t from : {2500, 6100})
     for (std::size_t i = from; i < from + 100; ++i) ASSERT_EQ(rows[i].force_N, 0) << i;
   for (std::size_t i = 1; i < rows.size(); ++i)
     ASSERT_LE(rows[i].force_N - rows[i - 1].force_N,
-              0.02 + 2e-9 * static_cast<double>(rows[i].time_ns - rows[i - 1].time_ns))
-        << i << ": a ramp of 0.5 s";
+              0.02 + kGrow_N_ns * static_cast<double>(rows[i].time_ns - rows[i - 1].time_ns))
+        << i;
 }
 
 TEST(VendorBridges, OpenHapticsEndsIfTheSchedulerRefuses) {
@@ -244,8 +247,8 @@ TEST(VendorBridges, ForceDimensionWaitsWhileTheControllerHasNoForce) {
   const std::vector<VendorRow> rows = vendorRows(omega.folder / "log");
   for (std::size_t i = 1; i < rows.size(); ++i)
     ASSERT_LE(rows[i].force_N - rows[i - 1].force_N,
-              0.02 + 2e-9 * static_cast<double>(rows[i].time_ns - rows[i - 1].time_ns))
-        << i << ": a ramp of 0.5 s after each interruption";
+              0.02 + kGrow_N_ns * static_cast<double>(rows[i].time_ns - rows[i - 1].time_ns))
+        << i;
 }
 
 TEST(VendorBridges, TwoOmegasAreToldApartBySerialNumber) {
