@@ -1,11 +1,7 @@
 // DeviceGate: the limits that a driver puts on each force before it sends it. The force is finite and at most peak_N
 // long; it is zero while the device's newest state is old; it grows from zero over a ramp after a start, such a gap or
 // a jump.
-//
-//   DeviceGate gate(8, 0.5);
-//   gate.close(now_s);                                              // at the start, at a jump
-//   const Wrench sent = gate.pass(wrench, now_s, time_of_state_s);  // in each exchange
-//
+// `close` it at the start and at a jump; `pass` each force through it.
 // Times are of one steady clock. Thread rule: haptic thread only.
 #pragma once
 
