@@ -54,6 +54,26 @@ TEST(AnswerLine, ClientsTakeTurns) {
   EXPECT_NE(order.back(), "b") << "b waited for all jobs of a";
 }
 
+TEST(AnswerLine, JobsThatNobodyWaitsForAreDiscarded) {
+  Gate gate;
+  AnswerLine line(1);
+  line.add("a", gate.job());
+  ASSERT_TRUE(gate.enteredBy(1));
+  const auto left = std::make_shared<std::atomic<bool>>(false);
+  const auto body = std::make_shared<int>(0);
+  for (int i = 0; i < 3; ++i)
+    line.add(
+        "a", [body] { ++*body; }, left);
+  *left = true;
+  EXPECT_EQ(line.add("b", [] {}), 0u) << "another client's line";
+  std::promise<void> done;
+  EXPECT_EQ(line.add("a", [&done] { done.set_value(); }), 3u);
+  EXPECT_EQ(body.use_count(), 1);
+  gate.open();
+  done.get_future().wait();
+  EXPECT_EQ(*body, 0);
+}
+
 TEST(AnswerLine, LongJobsOfOneClientLeaveRoomForOthers) {
   Gate gate;
   AnswerLine line(2);
