@@ -44,8 +44,8 @@ TEST(AnswerLine, ClientsTakeTurns) {
     line.add("a", gate.job());
     ASSERT_TRUE(gate.enteredBy(1));
     for (int i = 0; i < 3; ++i) line.add("a", [&order] { order.push_back("a"); });
-    gate.open();  // one thread at most from here on: no job is long
     line.add("b", [&order] { order.push_back("b"); });
+    gate.open();
     line.add("a", [&last] { last.set_value(); });
     last.get_future().wait();
   }
