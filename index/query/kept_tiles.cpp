@@ -54,11 +54,13 @@ std::shared_ptr<const TileAppearance> KeptTiles::appearance(TileId tile) const {
 }
 
 CellDetail KeptTiles::loadCellDetail(std::uint32_t id) const {
+  std::shared_ptr<const CellDetail> loaded;  // copied without the lock
   {
     const std::lock_guard lock(mutex_);
-    if (places_.contains(kCell + id)) return *use(kCell + id).detail;
+    if (places_.contains(kCell + id)) loaded = use(kCell + id).detail;
   }
-  const auto loaded = std::make_shared<const CellDetail>(store_.loadCellDetail(id));
+  if (loaded != nullptr) return *loaded;
+  loaded = std::make_shared<const CellDetail>(store_.loadCellDetail(id));
   const std::lock_guard lock(mutex_);
   Kept& kept = use(kCell + id);
   if (kept.detail != nullptr) return *loaded;

@@ -1,5 +1,4 @@
 // filiform serve: answers questions about tile sets over HTTP.
-#include "index/count_text.h"
 #include "index/errors.h"
 #include "index/text.h"
 #include "tools/commands/commands.h"
@@ -63,12 +62,14 @@ class ServeLog {
   void request(const LogEntry& entry) {
     if (requests_) line(logLine(entry, format_));
   }
-  void problem(const std::string& what) {
-    const std::string now = utcTime(std::time(nullptr));
-    line(format_ == LogFormat::json ? jsonText({{"time", now}, {"problem", what}}) : now + " problem: " + what);
-  }
+  void problem(const std::string& what) { say("problem", what); }
+  void note(const std::string& what) { say("note", what); }
 
  private:
+  void say(const std::string& kind, const std::string& what) {
+    const std::string now = utcTime(std::time(nullptr));
+    line(format_ == LogFormat::json ? jsonText({{"time", now}, {kind, what}}) : now + ' ' + kind + ": " + what);
+  }
   void line(const std::string& text) {
     const std::lock_guard lock(mutex_);
     std::cerr << text + '\n';
@@ -118,8 +119,20 @@ std::string webOrigin(const std::string& url) { return url.substr(0, url.find('/
 std::atomic<bool> reload_asked{false};  // by SIGHUP
 
 int runServe(const ServeArguments& a) {
+  if (!a.listens) {
+    std::signal(SIGHUP, [](int) { reload_asked = true; });
+    std::signal(SIGUSR1, SIG_IGN);
+    std::signal(SIGUSR2, SIG_IGN);
+  }
   checkAddress("--source-url", a.source_url);
   checkAddress("--neuroglancer", a.neuroglancer);
+  ServeLog log(a.log == "json", !a.listens);
+  SecretFile token_file("--token-file", a.token_file), link_file("--link-key", a.link_key);
+  const auto hasChanged = [&](SecretFile& file) {
+    return file.hasChanged([&](const std::string& line) { log.problem(line); });
+  };
+  hasChanged(token_file);  // what they are now, before they are read
+  hasChanged(link_file);
   AccessRules rules{a.token_file.empty() ? a.token : readToken("--token-file", a.token_file), a.origins, a.hosts};
   if (!a.link_key.empty()) rules.link_key = readToken("--link-key", a.link_key);
   if (!a.neuroglancer.empty()) rules.origins.push_back(webOrigin(a.neuroglancer));
@@ -136,7 +149,6 @@ int runServe(const ServeArguments& a) {
   };
   SetShelf shelf(entries(), parseBytes("--budget", a.budget));
   Metrics metrics;
-  ServeLog log(a.log == "json", !a.listens);
   std::optional<PictureMaker> pictures;
   if (!a.no_pictures) pictures.emplace();
   const Service service{shelf,        access,         metrics,        FILIFORM_VERSION, pictures ? &*pictures : nullptr,
@@ -155,27 +167,27 @@ int runServe(const ServeArguments& a) {
   options.stop = &interruptFlag();
   options.log = [&log](const LogEntry& entry) { log.request(entry); };
   options.drain_first_s = a.drain_first_s;
-  SecretFile token_file("--token-file", a.token_file), link_file("--link-key", a.link_key);
   const auto readAgain = [&](SecretFile& file, const auto& set) {
-    if (!file.hasChanged([&](const std::string& line) { log.problem(line); })) return;
+    if (!hasChanged(file)) return;
     try {
       set(readToken(file.option(), file.path()));
-      log.problem(file.option() + " was read again");
+      log.note(file.option() + " was read again");
     } catch (const std::exception& error) {
       log.problem(std::string(error.what()) + "; the old one stays");
     }
   };
   options.each_second = [&] {
+    readAgain(token_file, [&](const std::string& token) { access.setToken(token); });
+    readAgain(link_file, [&](const std::string& key) { access.setLinkKey(key); });
     if (reload_asked.exchange(false)) {
       try {
         shelf.replace(entries());
-        log.problem("SIGHUP: " + counted(shelf.states().size(), "set") + " served");
+        log.note("SIGHUP: " + std::to_string(shelf.all().size()) + " of " + std::to_string(shelf.states().size()) +
+                 " sets are open");
       } catch (const std::exception& error) {
         log.problem(std::string("SIGHUP changed nothing: ") + error.what());
       }
     }
-    readAgain(token_file, [&](const std::string& token) { access.setToken(token); });
-    readAgain(link_file, [&](const std::string& key) { access.setLinkKey(key); });
     std::vector<std::string> problems = shelf.refresh();
     if (problems != reported)
       for (const std::string& problem : problems) log.problem(problem);
@@ -186,11 +198,6 @@ int runServe(const ServeArguments& a) {
     metrics.session_late_ticks = figures.ticker.late;
     metrics.session_tile_bytes = figures.tile_bytes;
   };
-  if (!a.listens) {
-    std::signal(SIGHUP, [](int) { reload_asked = true; });
-    std::signal(SIGUSR1, SIG_IGN);
-    std::signal(SIGUSR2, SIG_IGN);
-  }
   EndingWatch watch = watchForSilentFiles();
   Server server(routes, metrics, options);
   if (a.listens)

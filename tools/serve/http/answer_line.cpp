@@ -28,8 +28,12 @@ constexpr int kLongNice = 5;
 }  // namespace
 
 struct AnswerLine::Impl {
+  struct Waiting {
+    Job job;
+    std::shared_ptr<const std::atomic<bool>> left;  // nullptr: never
+  };
   struct OfClient {
-    std::deque<Job> jobs;
+    std::deque<Waiting> jobs;
     unsigned running = 0;
   };
   struct Thread {
@@ -79,7 +83,7 @@ struct AnswerLine::Impl {
       wake.wait(lock, [&] { return stopping || (turn = next()) != turns.end(); });
       if (stopping) break;
       const auto client = clients.find(*turn);
-      Job job = std::move(client->second.jobs.front());
+      Job job = std::move(client->second.jobs.front().job);
       client->second.jobs.pop_front();
       // The client's next turn comes after those of all others.
       client->second.jobs.empty() ? void(turns.erase(turn)) : turns.splice(turns.end(), turns, turn);
@@ -156,16 +160,21 @@ AnswerLine::AnswerLine(unsigned threads) : impl_(std::make_unique<Impl>(std::max
 
 AnswerLine::~AnswerLine() = default;
 
-void AnswerLine::add(const std::string& client, Job job) {
+std::size_t AnswerLine::add(const std::string& client, Job job, std::shared_ptr<const std::atomic<bool>> left) {
+  std::deque<Impl::Waiting> kept, gone;  // the destructors of jobs may take their time
   {
     const std::lock_guard lock(impl_->mutex);
-    if (impl_->stopping) return;
+    if (impl_->stopping) return 0;
     Impl::OfClient& own = impl_->clients[client];
     if (own.jobs.empty()) impl_->turns.push_back(client);
-    own.jobs.push_back(std::move(job));
-    ++impl_->count;
+    for (Impl::Waiting& one : own.jobs) (one.left != nullptr && *one.left ? gone : kept).push_back(std::move(one));
+    kept.push_back({std::move(job), std::move(left)});
+    own.jobs.swap(kept);
+    impl_->count += 1;
+    impl_->count -= gone.size();
   }
   impl_->wake.notify_one();
+  return gone.size();
 }
 
 std::size_t AnswerLine::waiting() const {

@@ -10,6 +10,8 @@
 // Jobs must not throw.
 #pragma once
 
+#include <atomic>
+#include <cstddef>
 #include <functional>
 #include <memory>
 #include <string>
@@ -24,8 +26,9 @@ class AnswerLine {
   // Discards the jobs that wait, and waits for those in work.
   ~AnswerLine();
 
-  // Adds a job to the client's own line. O(log clients).
-  void add(const std::string& client, Job job);
+  // Adds a job to the client's own line. `left` becomes true when nobody waits for the job any more. Discards the jobs
+  // in this line that nobody waits for, and returns their number. O(log clients + jobs in the line).
+  std::size_t add(const std::string& client, Job job, std::shared_ptr<const std::atomic<bool>> left = nullptr);
   // The jobs that wait now.
   std::size_t waiting() const;
 

@@ -185,7 +185,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     reads_body_ ? answer() : judgeHead();
   }
 
-  // Copies the head; false if a header that routes read comes twice.
+  // Copies the head; false if a header that routes read comes twice. Two ids are none.
   bool copyHead() {
     const auto& head = parser_->get();
     request_.method = std::string(head.method_string());
@@ -196,13 +196,20 @@ class Connection : public std::enable_shared_from_this<Connection> {
       if (std::find(kReadHeaders.begin(), kReadHeaders.end(), name) == kReadHeaders.end()) continue;
       const auto [header, fresh] = request_.headers.emplace(name, std::string(field.value()));
       if (fresh) continue;
+      if (name == "x-request-id") {
+        header->second.clear();
+        continue;
+      }
       if (name != "x-forwarded-for") return false;
       header->second += ',' + std::string(field.value());
     }
     setClient(hall_.proxies.clientOf(peer_, request_.header("x-forwarded-for")));
     request_.client = share_;
     const std::string_view id = hall_.proxies.has(peer_) ? request_.header("x-request-id") : std::string_view();
-    id_ = id.empty() || id.size() > kMostId ? hall_.start + '-' + std::to_string(++hall_.requests) : std::string(id);
+    constexpr std::string_view kOfIds = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz._-";
+    const bool is_plain = id.find_first_not_of(kOfIds) == std::string_view::npos;
+    id_ = id.empty() || id.size() > kMostId || !is_plain ? hall_.start + '-' + std::to_string(++hall_.requests)
+                                                         : std::string(id);
     request_.is_tls = hall_.proxies.has(peer_) && request_.header("x-forwarded-proto") == "https";
     return true;
   }
@@ -289,15 +296,14 @@ class Connection : public std::enable_shared_from_this<Connection> {
     if (hall_.routes.isShort(request_)) return send(hall_.routes.answer(request_));
     if (const auto own = hall_.share_bytes.find(share_); own != hall_.share_bytes.end() && own->second > kShareBytes)
       return send(
-          {problem(503, "answers of more than 128 MiB are still being sent to you; read them, then ask again")});
+          {problem(503, "more than 128 MiB of answers are still being sent to you; read them, then ask again")});
     in_work_ = true;
-    hall_.line.add(share_, [self = shared_from_this()] {
+    addJob([self = shared_from_this(), added = Clock::now()] {
       if (*self->left_) return void(++self->metrics_.left_answers);
-      const double waited_s = std::chrono::duration<double>(Clock::now() - self->began_).count();
-      Routed routed =
-          waited_s > kMostWait_s
-              ? Routed{problem(503, "your other questions took more than 30 s; wait for their answers first")}
-              : self->hall_.routes.answer(self->request_, &*self->left_);
+      const double waited_s = std::chrono::duration<double>(Clock::now() - added).count();
+      Routed routed = waited_s > kMostWait_s
+                          ? Routed{problem(503, "the question waited in the line for more than 30 s; ask again")}
+                          : self->hall_.routes.answer(self->request_, &*self->left_);
       post(self->hall_.io, [self, routed = std::move(routed)]() mutable {
         if (*self->left_) return void(++self->metrics_.left_answers);
         self->in_work_ = false;
@@ -307,12 +313,16 @@ class Connection : public std::enable_shared_from_this<Connection> {
     });
   }
 
+  // Into the line of the client, from which requests go whose client has left.
+  void addJob(AnswerLine::Job job) { metrics_.left_answers += hall_.line.add(share_, std::move(job), left_); }
+
   // Counts a large answer, which is refused if those of all clients are too many.
   void hold(Routed& routed) {
     const std::uint64_t bytes = routed.answer.body.size();
     if (bytes <= kLargeBytes) return;
     if (metrics_.answer_bytes + bytes > kMostAnswersBytes) {
-      routed.answer = problem(503, "large answers of 512 MiB are being sent to clients; ask for less, or ask again");
+      routed.answer =
+          problem(503, "more than 512 MiB of large answers are being sent to clients; ask for less, or ask again");
       return;
     }
     held_ = bytes;
@@ -336,8 +346,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
     if (taken_s > hall_.options.piece_s + static_cast<double>(sent_) / kLeastBytes_s) return close();
     const auto bytes = static_cast<std::size_t>(std::min<std::uint64_t>(to_send_ - sent_, kPieceBytes));
     if (!routed_.answer.file || bytes == 0) return writePiece(routed_.answer.body.data() + sent_, bytes);
-    hall_.line.add(share_, [self = shared_from_this(), bytes] {
-      if (*self->left_) return;
+    addJob([self = shared_from_this(), bytes] {
+      if (*self->left_) return void(++self->metrics_.left_answers);
       const FileRange& range = *self->routed_.answer.file;
       self->piece_.resize(bytes);
       bool read = true;

@@ -110,7 +110,8 @@ std::string Access::capability() const {
 
 std::string Access::freshCapability() const {
   constexpr std::size_t kDigits = 32;
-  return rules_.link_key.empty() ? randomText() : signatureOf("capability", rules_.link_key).substr(0, kDigits);
+  return rules_.link_key.empty() ? randomText()
+                                 : signatureOf("capability " + rules_.token, rules_.link_key).substr(0, kDigits);
 }
 
 void Access::revokeCapability() {

@@ -24,7 +24,7 @@ struct AccessRules {
   std::string token;                 // empty: everyone may ask
   std::vector<std::string> origins;  // such as https://lab.example
   std::vector<std::string> hosts;    // names under which clients reach the server
-  std::string link_key = {};         // the capability is made of it; empty: the capability is random
+  std::string link_key = {};         // the capability is made of it and of the token; empty: the capability is random
 };
 
 class Access {

@@ -110,6 +110,17 @@ bool Request::isFirst(const std::string& name, std::string_view first, std::stri
   return text && *text == first;
 }
 
+bool Request::takesGzip() const {
+  bool takes = false;
+  splitAt(header("accept-encoding"), ',', [&](std::string_view piece) {
+    const std::string one = lowerCase(piece);
+    const std::size_t weight = one.find("q=");
+    const bool is_refused = weight != std::string::npos && one.find_first_of("123456789", weight) == std::string::npos;
+    takes = takes || (one.find("gzip") != std::string::npos && !is_refused);
+  });
+  return takes;
+}
+
 std::string redacted(const std::string& target) {
   const std::size_t question = target.find('?');
   std::string text;

@@ -37,6 +37,8 @@ struct Request {
   // The value of a header or parameter; empty or nullopt if it is absent.
   std::string_view header(const std::string& name) const;
   std::optional<std::string> parameter(const std::string& name) const;
+  // True if the client takes gzip: Accept-Encoding names it, and not with q=0.
+  bool takesGzip() const;
   // Like parameter(), as a finite number or a whole number. Throw Refusal (400) for anything else.
   std::optional<double> number(const std::string& name) const;
   std::optional<std::uint64_t> whole(const std::string& name, std::uint64_t least, std::uint64_t most) const;

@@ -410,10 +410,12 @@ Answer tagged(Answer answer, const std::string& tag, bool is_private) {
   return answer;
 }
 
-// Text of more than 1 KiB as gzip, for a client that takes it.
+// Text of more than 1 KiB as gzip, for a client that takes it. Not parts, nor what has a tag of its very bytes. If the
+// time for the answer is over, it stays as it is.
 void compress(Answer& answer) {
   constexpr std::size_t kLeast = 1024, kPiece = std::size_t{1} << 20;
   const bool is_text = answer.type.starts_with("text/") || answer.type.find("json") != std::string::npos;
+  if (answer.status != 200 || answer.header("ETag").starts_with('"')) return;
   if (!is_text || answer.file || answer.body.size() < kLeast || !answer.header("Content-Encoding").empty()) return;
   z_stream stream{};
   constexpr int kGzip = 16 + 15, kMemory = 8;
@@ -424,7 +426,7 @@ void compress(Answer& answer) {
   stream.next_out = reinterpret_cast<Bytef*>(packed.data());
   stream.avail_out = static_cast<uInt>(packed.size());  // at most 256 MiB
   for (std::size_t left = answer.body.size(); left > 0;) {
-    TimedStore::check();
+    if (TimedStore::isOver()) return;
     const std::size_t piece = std::min(left, kPiece);
     left -= piece;
     stream.avail_in = static_cast<uInt>(piece);
@@ -550,12 +552,13 @@ Routed Routes::answer(Request& request, const std::atomic<bool>* left) const {
         throw Refusal(404, "no set has the name '" + escaped(found.captured.front(), 80) + "'; /v1/sets lists them");
     }
     const std::string tag = tagOf(call);
-    if (!tag.empty() && hasTag(request.header("if-none-match"), tag))
+    const bool any_tag = request.header("if-none-match") == "*";
+    if (!tag.empty() && !any_tag && hasTag(request.header("if-none-match"), tag))
       return finished(request, tagged({.status = 304}, tag, service_.access.needsToken()), path);
     Answer answer = found.route->answer(call);
     if (!tag.empty() && answer.status == 200 && answer.header("Cache-Control").empty())
-      answer = tagged(std::move(answer), tag, service_.access.needsToken());
-    if (request.header("accept-encoding").find("gzip") != std::string_view::npos) compress(answer);
+      answer = tagged(any_tag ? Answer{.status = 304} : std::move(answer), tag, service_.access.needsToken());
+    if (request.takesGzip()) compress(answer);
     return finished(request, std::move(answer), path);
   } catch (const Refusal& refusal) {
     return failed(refusal.status(), refusal.what());

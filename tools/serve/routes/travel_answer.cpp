@@ -83,7 +83,7 @@ Answer travelAnswer(const Call& call) {
 Answer travelFileAnswer(const Call& call) {
   const std::string& name = call.request.parts.back();
   const std::string path = call.service.web_folder + "/" + name;
-  const bool zipped = call.request.header("accept-encoding").find("gzip") != std::string_view::npos;
+  const bool zipped = call.request.takesGzip();
   std::optional<std::string> content;
   if (!call.service.web_folder.empty()) content = fileContent(zipped ? path + ".gz" : path);
   if (!content)

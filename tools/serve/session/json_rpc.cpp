@@ -29,10 +29,10 @@ nlohmann::ordered_json outcomeOf(const RpcMethod& method, const std::string& nam
     return {{"error", failureOf(RpcError::kParams, error.what())}};
   } catch (const std::bad_alloc&) {
     return {{"error", failureOf(RpcError::kBusy, "the server has no memory left; ask again")}};
-  } catch (const Error& error) {
-    return {{"error", failureOf(RpcError::kUnreadable, error.what())}};
-  } catch (const std::exception& error) {
-    return {{"error", failureOf(RpcError::kInternal, error.what())}};
+  } catch (const Error&) {  // the texts of these name files of the server
+    return {{"error", failureOf(RpcError::kUnreadable, "the set cannot be read; the server's log says why")}};
+  } catch (const std::exception&) {
+    return {{"error", failureOf(RpcError::kInternal, "the server failed; its log says why")}};
   }
 }
 

@@ -148,7 +148,7 @@ NavigationSnapshot RemoteSession::now() {
   return newest;
 }
 
-std::vector<std::string> RemoteSession::serve() {
+std::vector<std::string> RemoteSession::serve(std::vector<std::string>* problems) {
   const std::lock_guard lock(mutex_);
   if (finished_) return {};
   std::vector<std::string> notes;
@@ -159,7 +159,8 @@ std::vector<std::string> RemoteSession::serve() {
       log_->drain();
     } catch (const std::exception& failure) {
       recording_failed_ = true;
-      notes.push_back(std::string("the recording ends: ") + failure.what());
+      notes.push_back("the recording ends; the server's log says why");
+      if (problems != nullptr) problems->push_back(std::string("the recording ends: ") + failure.what());
     }
   }
   jump_waits_ = session_->awaited().has_value();

@@ -66,7 +66,8 @@ class RemoteSession final : public Ticked {
   std::size_t follow(std::optional<std::uint32_t> cell);
   NavigationSnapshot now();
   // Housekeeping, every few milliseconds: waiting jumps, the recording. Returns new notes for the client.
-  std::vector<std::string> serve();
+  // `problems` gets what only the server's log may name.
+  std::vector<std::string> serve(std::vector<std::string>* problems = nullptr);
   // Ends the recording. The ticker must not tick the session any more. Throws IoError, DeviceError.
   void finish();
 

@@ -4,6 +4,7 @@
 #include "tools/serve/sets/limits.h"
 #include "tools/serve/sets/timed_store.h"
 #include "tools/words/answer.h"
+#include "tools/words/refusal.h"
 
 #include <algorithm>
 #include <array>
@@ -107,12 +108,16 @@ std::string SessionClient::answer(std::string_view text) {
   RpcAnswer answer = answerRpc(text, [this](const std::string& method, const Params& params) {
     try {
       return call(method, params);
-    } catch (const CorruptSet& error) {  // these errors name files of the server
+    } catch (const RpcError&) {
+      throw;
+    } catch (const Refusal&) {
+      throw;
+    } catch (const UsageError&) {
+      throw;
+    } catch (const std::exception& error) {
       house_.tell(error.what());
-    } catch (const IoError& error) {
-      house_.tell(error.what());
+      throw;
     }
-    throw RpcError(RpcError::kUnreadable, "the set cannot be read; the server's log says why");
   });
   count(answer.errors, answer.calls);
   return std::move(answer.text);

@@ -107,7 +107,8 @@ void SessionHouse::serveRooms() {
     for (const Room& room : rooms_) sessions.push_back(room.session);
   }
   for (const auto& session : sessions) {
-    std::vector<std::string> notes = session->serve();
+    std::vector<std::string> problems, notes = session->serve(&problems);
+    for (const std::string& problem : problems) tell(problem);
     if (notes.empty()) continue;
     constexpr std::size_t kMostNotes = 16;  // of a client that does not take them
     const std::lock_guard lock(mutex_);

@@ -11,7 +11,7 @@ namespace filiform::tools {
 
 namespace {
 
-constexpr std::size_t kLeastOfSet = 6, kMostOfSet = 512, kOthers = 48;
+constexpr std::size_t kLeastOfSet = 8, kMostOfSet = 512, kOthers = 48;
 
 // A quarter more connections than --max-clients wait for health and readiness.
 std::size_t filesOfClients(std::size_t clients) { return clients + clients / 4; }

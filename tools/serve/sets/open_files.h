@@ -6,7 +6,7 @@
 namespace filiform::tools {
 
 // The files of a set that may stay open, if a process may open `limit` files: an equal part of what the clients leave.
-// Throws UsageError, which says what fits, if that is less than six a set.
+// Throws UsageError, which says what fits, if that is less than eight a set.
 std::size_t filesOfSet(std::size_t limit, std::size_t sets, std::size_t clients);
 
 // Raises the limit of the process as far as the system allows, and returns it.

@@ -4,6 +4,7 @@
 #include "index/remote/http_source.h"
 #include "index/tile/box_region.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace filiform::tools {
@@ -12,10 +13,11 @@ namespace {
 
 std::unique_ptr<TileSet> openedSet(const std::string& path, const RemoteOptions& remote, std::size_t open_files) {
   if (open_files == 0 || isAddress(path)) return TileSet::open(path, remote);
+  const std::size_t kept = open_files - std::min<std::size_t>(open_files - 1, 2);  // beside the folder, and one in use
   try {
-    return TileSet::open(openFolder(path, open_files));
+    return TileSet::open(openFolder(path, kept));
   } catch (const IoError&) {  // a new revision may have been published meanwhile
-    return TileSet::open(openFolder(path, open_files));
+    return TileSet::open(openFolder(path, kept));
   }
 }
 

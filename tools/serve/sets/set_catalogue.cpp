@@ -32,6 +32,9 @@ std::vector<ShelfEntry> readCatalogue(const std::string& path, const RemoteOptio
   } catch (const toml::parse_error& error) {
     throw wrongCatalogue(path, error.source(), escaped(error.description(), 200));
   }
+  const auto beside = [&](const std::string& given) {
+    return (std::filesystem::path(path).parent_path() / given).lexically_normal().string();
+  };
   std::vector<ShelfEntry> entries;
   for (const auto& [key, node] : tables) {
     const std::string name(key.str());
@@ -44,11 +47,9 @@ std::vector<ShelfEntry> readCatalogue(const std::string& path, const RemoteOptio
       if (!given)
         throw wrongCatalogue(path, of.source(), "'" + escaped(of.str(), 60) + "' must be a text in quotation marks");
       if (of == "address")
-        entry.path = isAddress(*given)
-                         ? *given
-                         : (std::filesystem::path(path).parent_path() / *given).lexically_normal().string();
+        entry.path = isAddress(*given) ? *given : beside(*given);
       else if (of == "token-file")
-        entry.remote.token = readTokenFile("token-file of " + name, *given);
+        entry.remote.token = readTokenFile("token-file of " + name, beside(*given));
       else if (of == "budget")
         entry.budget_bytes = parseBytes("budget", *given);
       else

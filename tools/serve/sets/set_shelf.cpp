@@ -86,18 +86,24 @@ SetShelf::SetShelf(const std::vector<ShelfEntry>& entries, std::uint64_t budget_
     : budget_bytes_(budget_bytes), part_bytes_(partOf(budget_bytes, entries)) {
   checkNames(entries);
   for (const ShelfEntry& entry : entries) slots_.push_back({entry});
-  std::vector<std::exception_ptr> failures(slots_.size());
-  runItems(slots_.size(), kOpenedAtOnce, [&](std::size_t i) {
-    try {
-      open(slots_[i]);
-    } catch (const std::exception& error) {
-      failures[i] = std::current_exception();
-      slots_[i].problem = error.what();
-    }
-  });
+  const std::exception_ptr failure = openNew(slots_);
   for (const Slot& slot : slots_)
     if (!slot.problem.empty()) problems_.push_back(slot.problem);
-  if (!entries.empty() && problems_.size() == entries.size()) std::rethrow_exception(failures.front());
+  if (!entries.empty() && problems_.size() == entries.size()) std::rethrow_exception(failure);
+}
+
+std::exception_ptr SetShelf::openNew(std::vector<Slot>& slots) const {
+  std::vector<std::exception_ptr> failures(slots.size());
+  runItems(slots.size(), kOpenedAtOnce, [&](std::size_t i) {
+    if (slots[i].current != nullptr) return;
+    try {
+      open(slots[i]);
+    } catch (const std::exception& error) {
+      failures[i] = std::current_exception();
+      slots[i].problem = error.what();
+    }
+  });
+  return failures.empty() ? nullptr : failures.front();
 }
 
 void SetShelf::open(Slot& slot) const {
@@ -113,6 +119,7 @@ void SetShelf::open(Slot& slot) const {
     slot.older.resize(std::min(slot.older.size(), kOlder));
   }
   slot.current.swap(opened);
+  slot.is_stale = false;
 }
 
 void SetShelf::replace(const std::vector<ShelfEntry>& entries) {
@@ -123,6 +130,13 @@ void SetShelf::replace(const std::vector<ShelfEntry>& entries) {
     const Slot* const known = slot(entry.name);
     slots.push_back(known != nullptr && known->current != nullptr && known->entry == entry ? *known : Slot{entry});
   }
+  openNew(slots);
+  for (Slot& fresh : slots)
+    if (const Slot* const known = slot(fresh.entry.name); fresh.current == nullptr && known != nullptr) {
+      fresh.current = known->current;
+      fresh.older = known->older;
+      fresh.is_stale = fresh.current != nullptr;
+    }
   {
     const std::lock_guard lock(mutex_);
     slots_.swap(slots);
@@ -175,15 +189,16 @@ std::shared_ptr<const TileSet> SetShelf::revision(const std::string& name, const
 
 std::vector<std::string> SetShelf::refresh() {
   std::vector<std::string> problems;
-  for (Slot& slot : slots_) {  // only this thread changes slots
+  runItems(slots_.size(), kOpenedAtOnce, [&](std::size_t i) {
+    Slot& slot = slots_[i];  // only this call changes slots
     const auto now = std::chrono::steady_clock::now();
-    const bool rarely = slot.watched != nullptr || slot.current == nullptr;
+    const bool rarely = slot.watched != nullptr || slot.current == nullptr || slot.is_stale;
     std::string problem = slot.problem;
     if (!rarely || now >= slot.next_look) {
       slot.next_look = now + kFarLook;
       problem.clear();
       try {
-        if (slot.current == nullptr ||
+        if (slot.current == nullptr || slot.is_stale ||
             namedRevision(slot.watched != nullptr ? *slot.watched : *openFolder(slot.entry.path, 1)) !=
                 slot.current->set().revision())
           open(slot);
@@ -191,11 +206,12 @@ std::vector<std::string> SetShelf::refresh() {
         problem = error.what();
       }
     }
-    if (!problem.empty()) problems.push_back(problem);
     const std::lock_guard lock(mutex_);
     slot.problem = std::move(problem);
-  }
+  });
   const std::lock_guard lock(mutex_);
+  for (const Slot& slot : slots_)
+    if (!slot.problem.empty()) problems.push_back(slot.problem);
   problems_ = problems;
   return problems;
 }

@@ -12,6 +12,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <exception>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -24,7 +25,7 @@ struct ShelfEntry {
   std::string name, path;  // the path: a folder or an address
   RemoteOptions remote{};
   std::uint64_t budget_bytes = 0;  // 0: an equal part of what the others leave
-  std::size_t open_files = 0;      // of a set in a folder that stay open; 0: half of the process's limit
+  std::size_t open_files = 0;      // of a set in a folder, at least 3, that stay open; 0: half of the process's limit
 
   bool operator==(const ShelfEntry& other) const {
     return name == other.name && path == other.path && remote.token == other.remote.token &&
@@ -51,8 +52,8 @@ class SetShelf {
   // In the order of the entries.
   std::vector<State> states() const;
   // Serves these sets from now on: opens new ones, and those whose entry has changed; forgets those that are left out.
-  // Requests in work keep their sets. Throws UsageError if two have the same name; nothing changes then. One thread at
-  // a time, which is that of refresh().
+  // A set that cannot be opened keeps what was served under its name. Requests in work keep their sets. Throws
+  // UsageError if two have the same name; nothing changes then. One thread at a time, which is that of refresh().
   void replace(const std::vector<ShelfEntry>& entries);
 
   // The sets that are open, in the order of the entries.
@@ -77,10 +78,13 @@ class SetShelf {
     std::vector<std::shared_ptr<const TileSet>> older{};  // latest first
     std::chrono::steady_clock::time_point next_look{};    // of a set at an address, or not open
     std::string problem{};                                // of its last look
+    bool is_stale = false;                                // `current` is that of an earlier entry
   };
   static constexpr std::size_t kOlder = 2;
 
-  void open(Slot& slot) const;  // a new slot; a failure becomes its problem
+  void open(Slot& slot) const;
+  // Opens the slots that are not open; a failure becomes the slot's problem. Returns that of the first slot.
+  std::exception_ptr openNew(std::vector<Slot>& slots) const;
   const Slot* slot(const std::string& name) const;
 
   const std::uint64_t budget_bytes_;

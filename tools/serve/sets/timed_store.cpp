@@ -25,9 +25,13 @@ TimedStore::Limit::~Limit() {
   answer_left = nullptr;
 }
 
+bool TimedStore::isOver() {
+  return (answer_left != nullptr && *answer_left) ||
+         (answer_deadline && std::chrono::steady_clock::now() >= *answer_deadline);
+}
+
 void TimedStore::check() {
-  if (answer_left != nullptr && *answer_left) throw AnswerTimeout();
-  if (answer_deadline && std::chrono::steady_clock::now() >= *answer_deadline) throw AnswerTimeout();
+  if (isOver()) throw AnswerTimeout();
 }
 
 std::shared_ptr<const Tile> TimedStore::load(TileId tile) const {

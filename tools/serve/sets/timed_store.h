@@ -28,6 +28,7 @@ class TimedStore final : public ForwardingStore {
   };
   // Throws AnswerTimeout if this thread has a limit and the time is over, or nobody waits for the answer.
   static void check();
+  static bool isOver();  // true where check() throws
 
   std::shared_ptr<const Tile> load(TileId tile) const override;
   TileAppearance loadAppearance(TileId tile) const override;

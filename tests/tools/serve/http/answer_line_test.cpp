@@ -44,14 +44,34 @@ TEST(AnswerLine, ClientsTakeTurns) {
     line.add("a", gate.job());
     ASSERT_TRUE(gate.enteredBy(1));
     for (int i = 0; i < 3; ++i) line.add("a", [&order] { order.push_back("a"); });
-    gate.open();  // one thread at most from here on: no job is long
     line.add("b", [&order] { order.push_back("b"); });
+    gate.open();
     line.add("a", [&last] { last.set_value(); });
     last.get_future().wait();
   }
   EXPECT_EQ(std::count(order.begin(), order.end(), "a"), 3);
   ASSERT_EQ(order.size(), 4u);
   EXPECT_NE(order.back(), "b") << "b waited for all jobs of a";
+}
+
+TEST(AnswerLine, JobsThatNobodyWaitsForAreDiscarded) {
+  Gate gate;
+  AnswerLine line(1);
+  line.add("a", gate.job());
+  ASSERT_TRUE(gate.enteredBy(1));
+  const auto left = std::make_shared<std::atomic<bool>>(false);
+  const auto body = std::make_shared<int>(0);
+  for (int i = 0; i < 3; ++i)
+    line.add(
+        "a", [body] { ++*body; }, left);
+  *left = true;
+  EXPECT_EQ(line.add("b", [] {}), 0u) << "another client's line";
+  std::promise<void> done;
+  EXPECT_EQ(line.add("a", [&done] { done.set_value(); }), 3u);
+  EXPECT_EQ(body.use_count(), 1);
+  gate.open();
+  done.get_future().wait();
+  EXPECT_EQ(*body, 0);
 }
 
 TEST(AnswerLine, LongJobsOfOneClientLeaveRoomForOthers) {

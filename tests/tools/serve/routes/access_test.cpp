@@ -127,6 +127,8 @@ TEST(Access, ServersWithOneLinkKeyShareTheirLinks) {
   EXPECT_NE(one.capability(), another.capability());
   another.setLinkKey("another key of the cluster");
   EXPECT_EQ(one.capability(), another.capability());
+  one.setToken(kToken + "x");
+  EXPECT_NE(one.capability(), another.capability()) << "another token ends the links";
 }
 
 TEST(Access, ManyWrongTokensAreCountedAndSlowedDown) {

@@ -165,6 +165,7 @@ TEST_F(NearestAnswer, CachesAskWhetherTheAnswerIsTheSame) {
   const std::string tag = first.header("ETag");
   EXPECT_TRUE(tag.starts_with("W/\"" + column().set().revision() + '-')) << tag;
   EXPECT_EQ(first.header("Cache-Control"), "public, no-cache");
+  EXPECT_EQ(sets_.get(target, {{"if-none-match", "*"}}).status, 304u);
   const Answer same = sets_.get(target, {{"if-none-match", "\"x\", " + tag}});
   EXPECT_EQ(same.status, 304u);
   EXPECT_EQ(same.body, "");
@@ -195,6 +196,7 @@ TEST_F(NearestAnswer, TextIsCompressedForClientsThatTakeIt) {
   text.resize(stream.total_out);
   ::inflateEnd(&stream);
   EXPECT_EQ(text, plain.body);
+  EXPECT_EQ(sets_.get(target, {{"accept-encoding", "gzip;q=0, br"}}).header("Content-Encoding"), "");
   const Answer small = sets_.get("/v1/sets/column/nearest?at=1,2,3", {{"accept-encoding", "gzip"}});
   EXPECT_EQ(small.header("Content-Encoding"), "") << "too small to gain";
   EXPECT_EQ(sets_.get(target, {{"accept-encoding", "gzip"}, {"accept", kNpyType}}).header("Content-Encoding"), "");

@@ -46,6 +46,7 @@ TEST(JsonRpc, NamesEveryError) {
   EXPECT_EQ(codeOf(call("usage")), RpcError::kParams);
   EXPECT_EQ(codeOf(call("damaged")), RpcError::kUnreadable);
   EXPECT_EQ(codeOf(call("broken")), RpcError::kInternal);
+  EXPECT_EQ(answered(call("damaged")).dump().find("file"), std::string::npos) << "no file of the server is named";
   std::string many = "[1";
   for (int i = 0; i < 16; ++i) many += ",1";
   EXPECT_EQ(codeOf(many + "]"), RpcError::kInvalid);
