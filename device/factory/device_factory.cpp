@@ -24,6 +24,11 @@ std::string withoutDirect(const std::string& spec) {
   return spec.ends_with(kDirect) ? spec.substr(0, spec.size() - kDirect.size()) : spec;
 }
 
+std::string fileOfDevice(const std::string& spec) {
+  if (spec.starts_with("falcon:")) return falconOptions(withoutDirect(spec).substr(6)).firmware;
+  return spec.starts_with("replay:") ? spec.substr(7) : "";
+}
+
 std::unique_ptr<HapticDevice> makeDevice(const std::string& given, const DeviceFactoryOptions& options) {
   const std::string direct = withoutDirect(given);
   const bool renders = direct == "falcon" || direct.starts_with("falcon:") || direct.starts_with("falcon,") ||
