@@ -127,7 +127,8 @@ class HapticDevice {
   // Commands a wrench and returns the newest state. Force is rendered only while status() is ready; a wrench that is
   // not finite is rendered as zero. If the device limits, ramps or drops the force, DeviceState::sent_N says so. A lost
   // device returns its last state with status fault. Does not allocate; blocks only if capabilities().paces_loop. A
-  // bridge waits at most 2 ms for its answer, the Haply service 5 ms (bridge/bridge_device.h, haply/haply_device.h).
+  // bridge waits at most 2 ms for its answer, a device process 6 ms, the Haply service 5 ms (bridge/bridge_device.h,
+  // process/process_device.h, haply/haply_device.h).
   virtual DeviceState exchange(const Wrench& wrench) noexcept = 0;
   // Commands zero force without returning a state: for shutdown, and while no force is computed. Otherwise as
   // exchange().

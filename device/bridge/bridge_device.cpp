@@ -188,7 +188,7 @@ struct BridgeDevice::Impl {
   std::array<std::array<char, FB_TEXT_BYTES>, kMostAdvice> advices{};
   std::size_t advice_count = 0;
   std::atomic<const char*> advice{""};
-  bool is_open = false, has_state = false, is_gone = false, has_servo = false;
+  bool is_open = false, has_state = false, is_gone = false, has_servo = false, silent = false;
 
   bool send(fb_packet& packet) noexcept {
     unsigned char bytes[FB_COOKIE_BYTES + FB_MOST_BYTES];
@@ -419,7 +419,8 @@ struct BridgeDevice::Impl {
 
   void updateStatus() noexcept {
     // Silence counts from a command, so that a program that was stopped does not lose its device.
-    const bool silent = asked_ns > 0 && monotonic_ns() - asked_ns > inNanoseconds(options.silence_s);
+    silent = asked_ns > 0 && monotonic_ns() - asked_ns > inNanoseconds(options.silence_s);
+    silent = silent && !is_gone && (flags & FB_FAULT) == 0;
     if (is_gone || silent || (flags & FB_FAULT) != 0)
       state.status = DeviceStatus::fault;
     else
@@ -488,6 +489,8 @@ double BridgeDevice::typicalRoundTrip_s() const noexcept { return impl_->typical
 double BridgeDevice::longestRoundTrip_s() const noexcept { return impl_->longest_s; }
 
 BridgeCounters BridgeDevice::counters() const noexcept { return impl_->counters; }
+
+bool BridgeDevice::isSilent() const noexcept { return impl_->silent; }
 
 std::string bridgeFolder() {
   const char* const runtime = std::getenv("XDG_RUNTIME_DIR");

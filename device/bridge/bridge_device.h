@@ -64,6 +64,9 @@ class BridgeDevice : public HapticDevice {
   double typicalRoundTrip_s() const noexcept;
   double longestRoundTrip_s() const noexcept;
   BridgeCounters counters() const noexcept;
+  // Whether the status is fault because of silence_s; otherwise the bridge ended, or said that the device is lost. The
+  // thread that calls exchange().
+  bool isSilent() const noexcept;
 
  private:
   struct Impl;

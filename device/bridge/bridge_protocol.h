@@ -42,7 +42,7 @@ enum {
 enum {
   FB_READY = 1,    // the device can render force
   FB_ARMED = 2,    // commands are rendered
-  FB_FADING = 4,   // the force falls to zero; commands are ignored until it is zero
+  FB_FADING = 4,   // the force falls to zero; a command ends this only after an expiry
   FB_LOWERED = 8,  // the stiffness of the last command was above the device's limit and was lowered
   FB_FAULT = 16    // the device is lost
 };

@@ -29,6 +29,11 @@ bool isForceDevice(const std::string& spec) {
   return kind == "falcon" || kind == "haply";
 }
 
+std::string fileOfDevice(const std::string& spec) {
+  if (spec.starts_with("falcon:")) return falconOptions(withoutDirect(spec).substr(6)).firmware;
+  return spec.starts_with("replay:") ? spec.substr(7) : "";
+}
+
 std::unique_ptr<HapticDevice> makeDevice(const std::string& given, const DeviceFactoryOptions& options) {
   const std::string direct = withoutDirect(given);
   const bool renders = isForceDevice(direct);

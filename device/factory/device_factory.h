@@ -35,6 +35,8 @@ std::unique_ptr<HapticDevice> makeDevice(const std::string& spec, const DeviceFa
 bool isForceDevice(const std::string& spec);
 // The name without ",direct" at its end.
 std::string withoutDirect(const std::string& spec);
+// The file in "falcon:FIRMWARE,SOCKET" or "replay:FILE"; empty for other names.
+std::string fileOfDevice(const std::string& spec);
 
 // The names that makeDevice() accepts, for help texts: "sim:loose|medium|firm, replay:FILE, null, ...".
 const char* deviceChoices();

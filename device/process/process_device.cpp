@@ -29,7 +29,7 @@ namespace {
 constexpr const char* kDeviceProgram = "filiform-device";
 constexpr int kChildSocket = 3;
 constexpr double kOpening_s = 15;  // of a device: loading a Falcon's firmware takes 3 s
-constexpr int kEnd_ms = 500, kRescue_ms = 1000, kRescues = 3;
+constexpr int kEnd_ms = 500, kDoubtfulEnd_ms = 150, kLost_ms = 200, kRescue_ms = 1000, kRescues = 3;
 
 struct OwnedEnd {
   int number = -1;
@@ -73,7 +73,7 @@ struct ProcessDevice::Impl {
   std::array<std::array<char, 512>, 4> spoken{};
   std::size_t deaths = 0;
   std::atomic<const char*> last_words{""};
-  std::atomic<bool> lost{false}, ends{false};
+  std::atomic<bool> lost{false}, silent{false}, ends{false};  // silent: lost because it did not answer
   OwnedEnd wake{::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)};
   std::optional<BridgeDevice> bridge;
   std::thread watcher;
@@ -129,7 +129,7 @@ struct ProcessDevice::Impl {
     const OwnedEnd theirs(pair[1]);
     ::fcntl(mine.number, F_SETFL, O_NONBLOCK);
     const std::lock_guard lock(mutex);
-    end();
+    end(kEnd_ms);
     child = start({options.device, "fd:" + std::to_string(kChildSocket)}, theirs.number);
     process_id = child.id;
     return std::exchange(mine.number, -1);
@@ -140,15 +140,18 @@ struct ProcessDevice::Impl {
     std::string text;
     std::array<char, 512> part;
     for (pollfd ready{of.output.number, POLLIN, 0};;) {
-      if (::poll(&ready, 1, within_ms) <= 0) return std::nullopt;
+      const int readable = ::poll(&ready, 1, within_ms);
+      if (readable < 0 && errno == EINTR) continue;
+      if (readable <= 0) return std::nullopt;
       const ssize_t size = ::read(of.output.number, part.data(), part.size());
       if (size == 0) break;
       if (size > 0) text.append(part.data(), static_cast<std::size_t>(size));
     }
     while (!text.empty() && text.back() == '\n') text.pop_back();
     text.erase(0, text.rfind('\n') + 1);
-    const std::string prefix = std::string(kDeviceProgram) + ": ";
-    return text.starts_with(prefix) ? text.substr(prefix.size()) : text;
+    for (const std::string& prefix : {std::string(kDeviceProgram) + ": ", std::string("bridge: ")})
+      if (text.starts_with(prefix)) text.erase(0, prefix.size());
+    return text;
   }
 
   // Kills the child if it still runs. Returns whether it was killed.
@@ -185,10 +188,10 @@ struct ProcessDevice::Impl {
   }
 
   // The child has closed its socket or was asked to. A child that hangs is killed, and the device sent zero.
-  void end() noexcept {
+  void end(int within_ms) noexcept {
     if (child.id < 0) return;
     watched = false;
-    const std::optional<std::string> words = outputOf(child, kEnd_ms);
+    const std::optional<std::string> words = outputOf(child, silent ? 0 : within_ms);
     if (reap(words.has_value())) rescue();
   }
 
@@ -213,8 +216,10 @@ struct ProcessDevice::Impl {
       if (!watched || child.output.number != output) continue;
       const bool ended = (ready[1].revents & (POLLHUP | POLLERR)) != 0;
       if (!ended && !lost) continue;
-      if (ended) say(outputOf(child, 0).value_or(""));
-      reap(ended);
+      // A driver that says that its device is lost is closing it, with zero force; one that is silent hangs.
+      const std::optional<std::string> words = outputOf(child, silent ? 0 : kLost_ms);
+      say(words.value_or(""));
+      reap(words.has_value());
       rescue();
     }
   }
@@ -227,7 +232,7 @@ struct ProcessDevice::Impl {
   void setWatched() {
     const std::lock_guard lock(mutex);
     watched = child.id >= 0;
-    lost = false;
+    lost = silent = false;
     last_words = "";
     rouse();
   }
@@ -254,6 +259,7 @@ ProcessDevice::ProcessDevice(ProcessDeviceOptions options) : impl_(std::make_uni
   BridgeOptions bridge;
   bridge.address = d.options.device;
   bridge.period_s = d.options.period_s;
+  bridge.answer_s = kAnswer_s;
   bridge.silence_s = kSilence_s;
   bridge.connect_s = kOpening_s;
   bridge.connect = [&d] { return d.connect(); };
@@ -281,14 +287,20 @@ void ProcessDevice::close() noexcept {
     const std::lock_guard lock(impl_->mutex);
     impl_->watched = false;
   }
+  const std::uint64_t unanswered = impl_->bridge->counters().unanswered;
   impl_->bridge->close();
+  const bool took_zero = impl_->bridge->counters().unanswered == unanswered;
   const std::lock_guard lock(impl_->mutex);
-  impl_->end();
+  impl_->end(took_zero ? kEnd_ms : kDoubtfulEnd_ms);
 }
 
 DeviceState ProcessDevice::exchange(const Wrench& wrench) noexcept {
   const DeviceState state = impl_->bridge->exchange(wrench);
-  if (state.status == DeviceStatus::fault && !impl_->lost.exchange(true)) impl_->rouse();
+  if (state.status == DeviceStatus::fault && !impl_->lost) {
+    impl_->silent = impl_->bridge->isSilent();
+    impl_->lost = true;
+    impl_->rouse();
+  }
   return state;
 }
 
@@ -297,7 +309,8 @@ void ProcessDevice::lead(const Eigen::Vector3d& target_D) noexcept { impl_->brid
 const char* ProcessDevice::advice() const noexcept {
   if (const char* const last = impl_->last_words.load(std::memory_order_acquire); *last != '\0') return last;
   const char* const own = impl_->bridge->advice();
-  return *own == '\0' && impl_->lost ? "the process that drives the device ended or did not answer" : own;
+  if (*own != '\0' || !impl_->lost) return own;
+  return impl_->silent ? "the process that drives the device did not answer" : "the device or its process was lost";
 }
 
 int ProcessDevice::processId() const noexcept { return impl_->process_id; }

@@ -130,7 +130,8 @@ std::string HapticLoop::fault() const {
       break;
     case Fault::device:
       if (const char* const advice = device_.advice(); *advice != '\0')
-        return std::string(advice) + "; the force is off; start again afterwards";
+        return std::string(advice) + "; the force is off" +
+               (std::strstr(advice, "start again") == nullptr ? "; start again afterwards" : "");
       return "the device was lost and its force is off; reconnect the device and start again";
     case Fault::tick:
       return "an exception ended the haptic tick; the force is off";

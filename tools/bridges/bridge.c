@@ -25,6 +25,7 @@ static const int64_t kStandstill_ns = 500000000;  // a servo thread that is sile
 static const int64_t kLastFrames_ns = 20000000;   // for a servo thread to write its last force
 static const int64_t kPatience_ns = 500000;       // exchange() waits so long for the next COMMAND
 static const double kVelocityTime_s = 0.005;      // of the low pass of an estimated velocity
+static const char kLost[] = "the device was lost: connect it and start again";
 
 struct order {  // from the sockets to the servo
   uint32_t ends, commands, seq;
@@ -58,7 +59,8 @@ struct bridge {
   uint32_t sent, answers, undecoded;
   int called, commanded;         // a CALL, a COMMAND wait for their answer
   int is_private;                // the master's socket was inherited: there will be no other
-  const char *advised, *spoken;  // the newest advice that was sent; what bridge_say() said last
+  const char *advised, *spoken;  // the newest advice that was sent; what bridge_say() said, until the device is ready
+  int64_t spoken_ns;
 };
 
 static volatile sig_atomic_t stopped = 0;
@@ -410,7 +412,8 @@ static void answer(struct bridge* b) {
     send_packet(b, socket_number, to, &packet);
     b->advised = NULL;
   }
-  advice = b->device->advice != NULL ? b->device->advice(b->device->self) : b->spoken;
+  advice = b->device->advice != NULL ? b->device->advice(b->device->self) : NULL;
+  if (advice == NULL || (b->lost && advice[0] == 0)) advice = b->spoken;
   if (b->commanded && advice != NULL) {
     if (advice != b->advised && (b->advised != NULL || advice[0] != 0)) {
       packet.kind = FB_ADVICE;
@@ -431,7 +434,10 @@ static void answer(struct bridge* b) {
 
 static void print_said(struct bridge* b, const char* otherwise) {
   const char* const said = atomic_exchange(&b->said, NULL);
-  if (said != NULL) b->spoken = said;
+  if (said != NULL) {
+    b->spoken = said;
+    b->spoken_ns = bridge_now_ns();
+  }
   if (said != NULL || otherwise != NULL) complain(said != NULL ? said : otherwise, b->device->hello.name);
 }
 
@@ -439,6 +445,7 @@ static void print_said(struct bridge* b, const char* otherwise) {
 static void take_state(struct bridge* b, int64_t now_ns) {
   if (b->device->start == NULL) bridge_step(b);
   latest_read(&b->states, &b->shown, sizeof b->shown);
+  if (b->spoken != NULL && (b->shown.flags & FB_READY) != 0 && b->shown.time_ns > b->spoken_ns) b->spoken = "";
   if (b->device->start == NULL || now_ns - b->shown.time_ns < kStandstill_ns) return;
   bridge_say(b, "the library's thread stands still: restart the vendor's driver, then the bridge");
   b->lost = 1;
@@ -465,7 +472,10 @@ static void serve(struct bridge* b) {
     // A command acts at once; without one the device's own rate goes on.
     const int acts = b->commanded || now_ns >= due_ns;
     if (acts) take_state(b, now_ns);
-    if (!b->lost) print_said(b, NULL);
+    if (!b->lost)
+      print_said(b, NULL);
+    else  // before the STATE with the fault, after which filiform reads no more
+      b->spoken = b->said != NULL ? b->said : kLost;
     answer(b);
     if (acts && b->device->exchange != NULL)
       due_ns = bridge_now_ns() + kPatience_ns;
@@ -534,6 +544,6 @@ int bridge_run(const struct bridge_device* device, const char* address) {
   if (b.master >= 0) close(b.master);
   if (b.listener >= 0) close(b.listener);
   if (b.log != NULL) fclose(b.log);
-  print_said(&b, b.lost ? "the device was lost: connect it and start again" : NULL);
+  print_said(&b, b.lost ? kLost : NULL);
   return b.lost ? 3 : 0;
 }

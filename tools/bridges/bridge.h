@@ -35,7 +35,8 @@ struct bridge_device {
   void (*stop)(void* self);
 };
 
-// Reads the device, obeys the newest COMMAND, and writes the force. For the servo thread of `start`. Never waits.
+// Reads the device, obeys the newest COMMAND, and writes the force. For the servo thread of `start`. Never waits, but
+// with FILIFORM_BRIDGE_LOG it writes a line of the log.
 void bridge_step(struct bridge* servo);
 
 // Prints a line for the person soon: "bridge: NAME: TEXT". `text` stays valid. Any thread; never waits.

@@ -57,6 +57,7 @@ static void turn(struct bridge_force* force, int mode, double to, int64_t over_n
 
 static void pass_time(struct bridge_force* force, int64_t now_ns) {
   if (force->mode == BRIDGE_ARMED && now_ns >= force->expires_ns) {
+    if (bridge_force_part(force, force->expires_ns) >= 1) force->grow_ns = force->limits.resume_ns;
     turn(force, BRIDGE_FADING, 0, force->limits.fade_ns, force->expires_ns);
     force->resumes = 1;
   }
@@ -77,8 +78,8 @@ int bridge_force_command(struct bridge_force* force, uint32_t seq, const struct 
   force->seq = seq;
   if (!ready || (force->mode == BRIDGE_FADING && !force->resumes)) return 0;
   if (force->mode == BRIDGE_OFF && (command->flags & FB_ARM) == 0) return 0;
-  if (force->mode != BRIDGE_ARMED)
-    turn(force, BRIDGE_ARMED, 1, force->mode == BRIDGE_OFF ? force->limits.ramp_ns : force->limits.resume_ns, now_ns);
+  if (force->mode == BRIDGE_OFF) force->grow_ns = force->limits.ramp_ns;
+  if (force->mode != BRIDGE_ARMED) turn(force, BRIDGE_ARMED, 1, force->grow_ns, now_ns);
   force->command = *command;
   force->expires_ns = now_ns + 1000 * ttl_us;
   stiffest = greatest_stiffness(command->stiffness_N_m);

@@ -26,7 +26,7 @@ struct bridge_limits {
   double slew_N_s;           // > 0; limits the growth of the force that the hand's own motion does not cause
   int64_t ramp_ns;           // after ARM the force grows from zero over this time
   int64_t fade_ns;           // after the time to live the force falls to zero over this time
-  int64_t resume_ns;         // a force that has faded in part grows again, as fast as from zero over this time
+  int64_t resume_ns;         // a force that was full and has faded in part grows again, as fast as from zero over this
 };
 
 struct bridge_force {
@@ -37,7 +37,8 @@ struct bridge_force {
   int64_t expires_ns;
   struct fb_ramp ramp;  // of the part of the model that is rendered, in ns since turned_ns
   int64_t turned_ns;
-  int resumes;  // 1: a COMMAND ends the fade
+  int64_t grow_ns;  // how fast the force grows: ramp_ns since ARM, resume_ns once it was full
+  int resumes;      // 1: a COMMAND ends the fade
   double last_N[3], last_p_D[3];
   int64_t last_ns;
   int lowered;  // 1: the stiffness of the newest command was lowered

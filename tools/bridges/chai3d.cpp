@@ -8,9 +8,9 @@
 #include "tools/bridges/bridge.h"
 #include "tools/bridges/vendor_library.h"
 
+#include <charconv>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <string>
 
 namespace {
@@ -78,8 +78,10 @@ int main(int argc, char** argv) {
   if (read_arguments(argc, argv, &wanted, &address) == 0) return 2;
   chai3d::cHapticDeviceHandler handler;
   const unsigned count = handler.getNumDevices();
-  const unsigned number = wanted != nullptr ? static_cast<unsigned>(std::strtoul(wanted, nullptr, 10)) : 0;
-  if (count == 0 || number >= count || (wanted == nullptr && count > 1)) {
+  unsigned number = 0;
+  const std::string text = wanted != nullptr ? wanted : "0";
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc() || *end != 0 || number >= count || (wanted == nullptr && count > 1)) {
     std::string list;
     for (unsigned i = 0; i < count; ++i) {
       chai3d::cHapticDeviceInfo info;

@@ -40,11 +40,11 @@ static void say(struct dhd* dhd, const char* text) {
 // Whether the controller renders force. It ends the force itself: by its switch, at a velocity, by its watchdog. Only
 // the person puts it on again.
 static int has_force(struct dhd* dhd) {
-  static const char* const whys[] = {"the force is off", "the force was switched off",
-                                     "the device was too fast, so the controller has switched the force off",
-                                     "the controller's watchdog has switched the force off"};
-  static const char on[] = "the force is on";
-  static char text[160];
+#define BUTTON ": press the controller's force button"
+  static const char* const whys[] = {"the force is off" BUTTON, "the force was switched off" BUTTON,
+                                     "the device was too fast, so the controller has switched the force off" BUTTON,
+                                     "the controller's watchdog has switched the force off" BUTTON};
+  static const char on[] = "the force is on", error[] = "the controller reports an error" BUTTON;
   int status[kMostStatus] = {0};
   if (dhd->steps++ % kStatusSteps != 0) return dhd->ready;
   if (dhd->status(status, dhd->id) < 0) return -1;
@@ -52,10 +52,7 @@ static int has_force(struct dhd* dhd) {
     say(dhd, "the device is not calibrated: put it into its rest, and press the controller's reset button");
   } else if (status[kHasError] || !status[kHasForce]) {
     const int why = status[kWhyOff];
-    if (dhd->said != text)
-      snprintf(text, sizeof text, "%s: press the controller's force button",
-               status[kHasError] ? "the controller reports an error" : whys[why >= 0 && why <= 3 ? why : 0]);
-    say(dhd, text);
+    say(dhd, status[kHasError] ? error : whys[why >= 0 && why <= 3 ? why : 0]);
   } else {
     if (dhd->said != NULL) say(dhd, on);
     return 1;
@@ -93,6 +90,11 @@ static int write_force(void* self, const double force_N[3]) {
   return dhd->ready > 0;
 }
 
+static const char* advise(void* self) {
+  const struct dhd* dhd = self;
+  return dhd->ready == 0 && dhd->said != NULL ? dhd->said : "";
+}
+
 // Opens the device with this serial number, or the only one. Returns 0, and says which ones there are, if it cannot.
 static int open_device(struct dhd* dhd, const char* wanted) {
   char found[160] = "";
@@ -126,6 +128,7 @@ int main(int argc, char** argv) {
   struct bridge_device device = {.self = &dhd,
                                  .read = read_device,
                                  .write = write_force,
+                                 .advice = advise,
                                  .hello = {.flags = FB_KNOWS_VELOCITY,
                                            .buttons = 1,
                                            .lo_D = {-0.04, -0.04, -0.04},
@@ -157,7 +160,12 @@ int main(int argc, char** argv) {
   if (dhd.turns) device.hello.flags |= FB_KNOWS_ORIENTATION;
   if (dhd.has_gripper(dhd.id)) dhd.gripper_as_button(1, dhd.id);
   fprintf(stderr, "bridge: %s\n", dhd.name(dhd.id));
-  code = dhd.enable_force(1, dhd.id) < 0 ? 3 : bridge_run(&device, address);
+  if (dhd.enable_force(1, dhd.id) < 0) {
+    fprintf(stderr, "bridge: the force cannot be switched on: %s\n", dhd.error());
+    code = 3;
+  } else {
+    code = bridge_run(&device, address);
+  }
   dhd.enable_force(0, dhd.id);
   dhd.close(dhd.id);
   return code;

@@ -1,7 +1,6 @@
 // filiform devices: lists the devices that are plugged in, says what they lack, and tests them.
 #include "device/check/found_devices.h"
 #include "device/factory/device_factory.h"
-#include "device/falcon/falcon.h"
 #include "device/haply/simulated_haply_server.h"
 #include "device/usb/usb_recording.h"
 #include "index/errors.h"
@@ -149,14 +148,6 @@ void print(std::ostream& out, const std::string& device, const DeviceCapabilitie
   for (const std::string& refusal : c.refusals) out << "  note     " << refusal << '\n';
 }
 
-// The file in "falcon:FIRMWARE" or "replay:FILE"; empty for other devices.
-std::string fileOf(const std::string& device) {
-  const std::size_t colon = device.find(':');
-  const std::string kind = device.substr(0, colon);
-  if (kind == "falcon") return falconOptions(withoutDirect(device).substr(6)).firmware;
-  return colon != std::string::npos && kind == "replay" ? device.substr(colon + 1) : "";
-}
-
 // Keeps the traffic of a test that fails, because the traffic shows the reason. An older file stays.
 class KeptTraffic {
  public:
@@ -218,6 +209,8 @@ int setUp(const std::string& spec) {
     std::string answer;
     std::cerr << question << std::flush;
     std::getline(std::cin, answer);
+    throwIfInterrupted();
+    if (!std::cin) throw UsageError("--setup: the input ended before the last answer; run it in a terminal");
     return answer;
   };
   const ButtonMap map = setUpDevice(*device, options);
@@ -264,7 +257,7 @@ int runDevices(const DevicesArguments& a) {
     const std::string spec = chosenDevice(a.device, found, refusal);
     std::vector<NamedPath> outputs{{"--record", a.record}, {"--report", a.report}};
     if (a.json) outputs.push_back({"--json", "-"});
-    checkOutputs({{"--test", fileOf(spec)}}, outputs);
+    checkOutputs({{"--test", fileOfDevice(spec)}}, outputs);
     std::unique_ptr<Output> record;         // outlives the recorder
     std::unique_ptr<UsbRecorder> recorder;  // outlives the device
     if (!a.record.empty()) {

@@ -311,8 +311,7 @@ class CellNames {
 
 void checkPaths(const NavigateArguments& a) {
   std::vector<NamedPath> inputs{{"SCENE", a.scene}};
-  for (const std::string_view kind : {"replay:", "falcon:"})
-    if (a.device.starts_with(kind)) inputs.push_back({"--device", withoutDirect(a.device).substr(kind.size())});
+  inputs.push_back({"--device", fileOfDevice(a.device)});
   std::vector<NamedPath> outputs{
       {"--csv", a.csv}, {"--record", a.record}, {"--plot", a.plot}, {"--picture", a.picture}};
   if (a.realtime) outputs.push_back({"--fault-csv", faultCsvOf(a)});

@@ -90,8 +90,7 @@ PictureSize windowSize(const std::string& text) {
 std::vector<NamedPath> namedInputs(const ViewArguments& a) {
   std::vector<NamedPath> inputs;
   for (const std::string& path : a.scene) inputs.push_back({"SCENE", path});
-  for (const std::string_view kind : {"replay:", "falcon:"})
-    if (a.device.starts_with(kind)) inputs.push_back({"--device", withoutDirect(a.device).substr(kind.size())});
+  inputs.push_back({"--device", fileOfDevice(a.device)});
   return inputs;
 }
 

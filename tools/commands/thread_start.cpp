@@ -1,6 +1,10 @@
 // Every thread that the program starts, also a library's, gets a stack for signal handlers (solver/force/force_hold.h):
 // so a stack overflow in any thread ends in zero force. Sanitizers start threads in their own way.
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#ifndef __has_feature
+#define __has_feature(name) 0
+#endif
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) && !__has_feature(address_sanitizer) && \
+    !__has_feature(thread_sanitizer)
 
 #include "solver/force/force_hold.h"
 

@@ -30,7 +30,9 @@ int exchangeHeld(void* self, const double* force_N, fb_state* state) {
   std::copy_n(force_N, 3, wrench.force_N.data());
   const DeviceState found = held.device->exchange(wrench);
   const auto time_ns = static_cast<std::int64_t>(1e9 * found.time_s);
-  if (held.begin_ns == 0) held.begin_ns = bridge_now_ns() - time_ns;
+  // The sample that came with the least delay tells best.
+  const std::int64_t begin_ns = bridge_now_ns() - time_ns;
+  if (held.begin_ns == 0 || begin_ns < held.begin_ns) held.begin_ns = begin_ns;
   state->time_ns = held.begin_ns + time_ns;
   std::copy_n(found.p_D.data(), 3, state->p_D);
   std::copy_n(found.v_D.data(), 3, state->v_D);

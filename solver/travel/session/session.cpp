@@ -132,8 +132,9 @@ internal::NavigationChoice Session::Impl::choose(TileId tile_count) {
   if (!options.record.empty()) record();
   device->open();
   const DeviceCapabilities& can = device.capabilities();
-  const std::optional<ButtonMap> buttons = options.buttons ? options.buttons(can) : std::nullopt;
-  if (buttons && device.replay() == nullptr && options.device != "mouse") requireButtons(*buttons, can);
+  const bool has_map = options.buttons && options.device != "mouse";
+  const std::optional<ButtonMap> buttons = has_map ? options.buttons(can) : std::nullopt;
+  if (buttons && device.replay() == nullptr) requireButtons(*buttons, can);
   return internal::chooseNavigation(can, {.held_device = handNameOf(device.heldDevice()),
                                           .period_s = period_s,
                                           .zoom_um = options.zoom_um,

@@ -162,6 +162,10 @@ TEST_F(BridgeForce, FadesFromTheRampWithoutAStep) {
   EXPECT_NEAR(at().x(), 5 * part, 1e-12);
   now_ns += 25 * kMs;
   EXPECT_NEAR(at().x(), 5 * part / 2, 1e-12);
+  for (int i = 0; i <= 500; ++i, now_ns += kMs) {
+    command(pushing({5, 0, 0}, 0));
+    EXPECT_NEAR(at().x(), 5 * std::min(1.0, part / 2 + i / 500.0), 1e-12) << "as slowly as before, at " << i;
+  }
 }
 
 TEST_F(BridgeForce, EndsWithItsMaster) {

@@ -98,9 +98,13 @@ TEST(VendorBridges, Chai3dTellsItsDevicesApartByNumber) {
   const test::TempFolder folder;
   const test::Variable runtime("XDG_RUNTIME_DIR", folder.path());
   const std::string program = test::bridgeProgram("mock_chai3d");
-  EXPECT_THROW(test::StartedProcess({program}, folder / "err"), std::runtime_error);
-  EXPECT_EQ(vendorText(folder / "err"),
-            "bridge: name one of the devices by its number, as in --device 1: 0 omega.6, 1 Falcon\n");
+  for (const char* const wanted : {"", "Falcon", "1x", "2"}) {
+    std::vector<std::string> words{program};
+    if (*wanted != 0) words.insert(words.end(), {"--device", wanted});
+    EXPECT_THROW(test::StartedProcess(words, folder / "err"), std::runtime_error) << wanted;
+    EXPECT_EQ(vendorText(folder / "err"),
+              "bridge: name one of the devices by its number, as in --device 1: 0 omega.6, 1 Falcon\n");
+  }
   const test::StartedProcess falcon({program, "--device", "1"}, folder / "err");
   const BridgeDevice device({.address = folder / "filiform/chai3d-1.bridge"});
   EXPECT_EQ(device.capabilities().buttons, 4);
