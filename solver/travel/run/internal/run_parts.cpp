@@ -24,7 +24,7 @@ constexpr double kEndless_s = 1e12;  // a replay ends with its recording
 }
 
 // Refuses before a process starts that opens the device.
-const RunOptions& checked(const RunOptions& wanted) {
+const RunOptions& withTimeOfDevice(const RunOptions& wanted) {
   if (!wanted.realtime && !wanted.make_device && isForceDevice(wanted.device)) refuseVirtualTime(wanted.device);
   return wanted;
 }
@@ -38,7 +38,7 @@ TileKind tileKindOf(const RunOptions& options, const TravelDevice& device) {
 
 RunParts::RunParts(const TileStore& scene, const RunOptions& wanted)
     : store(scene),
-      options(checked(wanted)),
+      options(withTimeOfDevice(wanted)),
       time(options.rate_Hz),
       itinerary(store, options),
       first(itinerary.next()),
