@@ -12,6 +12,8 @@ namespace filiform {
 
 const char* deviceChoices() { return "sim:loose|medium|firm, replay:FILE, null, spacemouse"; }
 
+bool isForceDevice(const std::string& /*spec*/) { return false; }
+
 std::unique_ptr<HapticDevice> makeDevice(const std::string& spec, const DeviceFactoryOptions& options) {
   const std::size_t colon = spec.find(':');
   const std::string kind = spec.substr(0, colon), argument = colon == std::string::npos ? "" : spec.substr(colon + 1);
