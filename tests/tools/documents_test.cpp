@@ -124,7 +124,7 @@ printf '0 700 0\n10, 600, 5\n# a remark\n' > soma.txt
 filiform navigate column.fil --seconds 0.5 --record f.rec
 cp f.rec travel.rec
 mkdir recorded
-filiform serve column.fil --listen 127.0.0.1:0 --record-sessions recorded > address 2>/dev/null & server=$!
+filiform serve column.fil --no-token --listen 127.0.0.1:0 --record-sessions recorded > address 2>/dev/null & server=$!
 while [ ! -s address ]; do sleep 0.05; done
 python3 "$TESTS/support/servers/short_session" "$(cat address)" column
 kill $server

@@ -9,6 +9,9 @@
 #include "tools/serve/http/log_entry.h"
 #include "tools/serve/http/server.h"
 #include "tools/serve/http/web_folder.h"
+#include "tools/serve/people/people.h"
+#include "tools/serve/people/secret.h"
+#include "tools/serve/people/secret_file.h"
 #include "tools/serve/routes/html.h"
 #include "tools/serve/routes/routes.h"
 #include "tools/serve/session/session_house.h"
@@ -29,10 +32,8 @@
 #include <mutex>
 #include <optional>
 #include <spawn.h>
-#include <sys/stat.h>
 #include <sys/wait.h>
 #include <thread>
-#include <tuple>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -44,11 +45,11 @@ namespace {
 struct ServeArguments {
   std::vector<std::string> sets, origins, hosts, proxies;
   std::string listen = "127.0.0.1:7878", token_file, budget = "1GiB", log = "text", source_url, neuroglancer,
-              session_budget = "256MiB", session_folder, catalogue, link_key;
+              session_budget = "256MiB", session_folder, catalogue, link_key, tokens, user_header;
   std::shared_ptr<const RemoteArguments> remote;
-  std::string token;                                // none: that of the file
-  std::function<void(const std::string&)> listens;  // gets the address; none: it is printed, and requests are logged
-  bool no_pictures = false;
+  // Gets the address and the token; none: they are printed as a link, and requests are logged.
+  std::function<void(const std::string& address, const std::string& token)> listens;
+  bool no_pictures = false, no_token = false;
   double drain_first_s = 0;
   std::size_t most_sessions = 100;
   std::size_t most_clients = 256;
@@ -80,30 +81,6 @@ class ServeLog {
   std::mutex mutex_;
 };
 
-// A file with a secret that is read again when it changes.
-class SecretFile {
- public:
-  SecretFile(std::string option, std::string path) : option_(std::move(option)), path_(std::move(path)) {}
-  const std::string& option() const { return option_; }
-  const std::string& path() const { return path_; }
-  // False at the first call. Tells a line if other users may read the file.
-  bool hasChanged(const std::function<void(const std::string&)>& tell) {
-    struct stat found {};
-    if (path_.empty() || ::stat(path_.c_str(), &found) != 0) return false;
-    const std::tuple state(found.st_mtim.tv_sec, found.st_mtim.tv_nsec, found.st_ino, found.st_mode);
-    const bool first = !known_;
-    if (known_ == state) return false;
-    known_ = state;
-    if ((found.st_mode & S_IROTH) != 0)
-      tell(option_ + " " + inShort(path_) + ": all users of this machine may read it; chmod 600 it");
-    return !first;
-  }
-
- private:
-  const std::string option_, path_;
-  std::optional<std::tuple<time_t, long, ino_t, mode_t>> known_;
-};
-
 // An address for a link. Throws UsageError if it is none of HTTP.
 void checkAddress(const char* option, const std::string& url) {
   const bool web = url.starts_with("https://") || url.starts_with("http://");
@@ -116,6 +93,38 @@ void checkAddress(const char* option, const std::string& url) {
 // SCHEME://HOST[:PORT] of an address.
 std::string webOrigin(const std::string& url) { return url.substr(0, url.find('/', url.find("://") + 3)); }
 
+// The address of a page, with which a browser logs in.
+std::string linkOf(const std::string& page, const std::string& token) {
+  return token.empty() ? page : page + "?token=" + token;
+}
+
+// Who may ask. `own_token`: for a server to which nobody names tokens or users.
+People peopleOf(const ServeArguments& a, const std::string& own_token) {
+  if (!a.tokens.empty()) {
+    People people = readPeople(a.tokens);
+    if (people.hasUsers() && a.user_header.empty())
+      throw UsageError("--tokens " + inShort(a.tokens) + ": has a [[user]], which needs --user-header NAME");
+    return people;
+  }
+  People people = a.no_token              ? People()
+                  : !a.token_file.empty() ? People::ofToken(readToken("--token-file", a.token_file))
+                  : !own_token.empty()    ? People::ofToken(own_token)
+                                          : People::nobody();
+  if (!a.user_header.empty()) people.addUsers({.entry = "*"});
+  return people;
+}
+
+// The name of a header in lower case. Throws UsageError.
+std::string userHeader(const ServeArguments& a) {
+  const std::string name = lowerCase(a.user_header);
+  const bool is_plain = name.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789-") == std::string::npos;
+  if (!is_plain || name.size() > 64)
+    throw UsageError("--user-header " + inShort(a.user_header) + ": give the name of a header, such as X-User");
+  if (!name.empty() && a.proxies.empty())
+    throw UsageError("--user-header: name the proxy that sends this header too: --proxy ADDRESS");
+  return name;
+}
+
 std::atomic<bool> reload_asked{false};  // by SIGHUP
 
 int runServe(const ServeArguments& a) {
@@ -127,22 +136,32 @@ int runServe(const ServeArguments& a) {
   checkAddress("--source-url", a.source_url);
   checkAddress("--neuroglancer", a.neuroglancer);
   ServeLog log(a.log == "json", !a.listens);
-  SecretFile token_file("--token-file", a.token_file), link_file("--link-key", a.link_key);
+  SecretFile people_file(a.tokens.empty() ? "--token-file" : "--tokens", a.tokens.empty() ? a.token_file : a.tokens);
+  SecretFile link_file("--link-key", a.link_key);
   const auto hasChanged = [&](SecretFile& file) {
     return file.hasChanged([&](const std::string& line) { log.problem(line); });
   };
-  hasChanged(token_file);  // what they are now, before they are read
+  hasChanged(people_file);  // what they are now, before they are read
   hasChanged(link_file);
-  AccessRules rules{a.token_file.empty() ? a.token : readToken("--token-file", a.token_file), a.origins, a.hosts};
+  // Other users of this machine reach its loopback too.
+  const std::string user_header = userHeader(a);
+  const bool named = !a.token_file.empty() || !a.tokens.empty() || !user_header.empty() || a.no_token;
+  const std::string own_token = named ? "" : randomText();
+  AccessRules rules{.people = peopleOf(a, own_token), .origins = a.origins, .hosts = a.hosts};
+  rules.tell = [&log](const std::string& line) { log.problem(line); };
   if (!a.link_key.empty()) rules.link_key = readToken("--link-key", a.link_key);
   if (!a.neuroglancer.empty()) rules.origins.push_back(webOrigin(a.neuroglancer));
   Access access(std::move(rules));
-  const auto entries = [&a] {
+  const auto entries = [&a, &access] {
     RemoteOptions remote = a.remote->options();
     std::vector<ShelfEntry> given = shelfEntries(a.sets, remote);
     if (!a.catalogue.empty())
       for (ShelfEntry& entry : readCatalogue(a.catalogue, remote)) given.push_back(std::move(entry));
     if (given.empty()) throw UsageError("give a SET, or --catalogue FILE with sets");
+    for (const ShelfEntry& entry : given)
+      if (!entry.readers.empty() && access.isOpen())
+        throw UsageError("--catalogue: the set '" + escaped(entry.name, 60) +
+                         "' has readers; name people with --tokens or --user-header, not --no-token");
     const std::size_t files_of_set = filesOfSet(raiseOpenFiles(), given.size(), a.most_clients);
     for (ShelfEntry& entry : given) entry.open_files = files_of_set;
     return given;
@@ -159,27 +178,29 @@ int runServe(const ServeArguments& a) {
                              .most_sessions = a.most_sessions,
                              .record_folder = a.session_folder});
   ServerOptions options{
-      .listen = a.listen, .open = !access.needsToken(), .most_clients = a.most_clients, .threads = a.threads};
+      .listen = a.listen, .open = access.isOpen(), .most_clients = a.most_clients, .threads = a.threads};
   options.proxies = a.proxies;
+  options.user_header = user_header;
   options.sessions = &house;
   options.desks = &shelf;
   options.version = FILIFORM_VERSION;
   options.stop = &interruptFlag();
   options.log = [&log](const LogEntry& entry) { log.request(entry); };
   options.drain_first_s = a.drain_first_s;
-  const auto readAgain = [&](SecretFile& file, const auto& set) {
-    if (!hasChanged(file)) return;
+  const auto readAgain = [&](SecretFile& file, bool asked, const auto& read) {
+    if (!hasChanged(file) && (!asked || file.path().empty())) return;
     try {
-      set(readToken(file.option(), file.path()));
+      read();
       log.note(file.option() + " was read again");
     } catch (const std::exception& error) {
       log.problem(std::string(error.what()) + "; the old one stays");
     }
   };
   options.each_second = [&] {
-    readAgain(token_file, [&](const std::string& token) { access.setToken(token); });
-    readAgain(link_file, [&](const std::string& key) { access.setLinkKey(key); });
-    if (reload_asked.exchange(false)) {
+    const bool asked = reload_asked.exchange(false);
+    readAgain(people_file, asked, [&] { access.setPeople(peopleOf(a, own_token)); });
+    readAgain(link_file, asked, [&] { access.setLinkKey(readToken("--link-key", a.link_key)); });
+    if (asked) {
       try {
         shelf.replace(entries());
         log.note("SIGHUP: " + std::to_string(shelf.all().size()) + " of " + std::to_string(shelf.states().size()) +
@@ -200,10 +221,15 @@ int runServe(const ServeArguments& a) {
   };
   EndingWatch watch = watchForSilentFiles();
   Server server(routes, metrics, options);
-  if (a.listens)
-    a.listens(server.address());
-  else
-    std::cout << server.address() << std::endl;
+  if (a.listens) {
+    a.listens(server.address(), own_token);
+  } else {
+    std::cout << linkOf(server.address() + (own_token.empty() ? "" : "/"), own_token) << std::endl;
+    if (!own_token.empty())
+      log.note(
+          "the link holds a token that ends with this run; --token-file keeps one, --no-token answers all users of "
+          "this machine");
+  }
   server.run();
   house.closeAll();  // writes recordings
   for (const std::string& problem : house.takeProblems()) log.problem(problem);
@@ -262,11 +288,10 @@ int travelInBrowser(const std::string& set, const std::shared_ptr<const RemoteAr
   a.remote = remote;
   a.listen = "127.0.0.1:0";
   a.no_pictures = true;
-  a.token = randomText();  // other users of this machine reach its loopback too
   std::optional<Doorway> doorway;
-  a.listens = [&](const std::string& address) {
+  a.listens = [&](const std::string& address, const std::string& token) {
     const SetShelf shelf(shelfEntries({set}, remote->options()), 1 << 20);
-    const std::string page = address + "/travel/" + urlPart(shelf.all().front()->name()) + "?token=" + a.token;
+    const std::string page = linkOf(address + "/travel/" + urlPart(shelf.all().front()->name()), token);
     doorway.emplace(page);
     std::cout << page << std::endl;
     if (!openInBrowser(doorway->path())) std::cerr << "filiform: note: no xdg-open here; open this address yourself\n";
@@ -280,8 +305,9 @@ void addServe(CLI::App& app, Chosen& chosen) {
   CLI::App* command = app.add_subcommand("serve", "Answer questions about tile sets over HTTP");
   command->footer(
       "Examples:\n  filiform serve column.fil\n  filiform serve column.fil --listen 127.0.0.1:0 --log json\n"
-      "The first line on standard output is the address. SIGTERM or Ctrl-C: sends the answers in work, then exits with "
-      "code 0.\nAn address that other machines can reach needs --token-file. tools/serve/README.md lists the routes.");
+      "The first line on standard output is a link with a token, made for this run; with --token-file or --no-token, "
+      "the address.\nSIGTERM or Ctrl-C: sends the answers in work, then exits with code 0. tools/serve/README.md lists "
+      "the routes.");
   command->add_option(
       "SET", a->sets,
       "tile sets or their addresses, or NAME=ADDRESS; else the name of each is that of its folder without .fil");
@@ -296,8 +322,21 @@ void addServe(CLI::App& app, Chosen& chosen) {
       ->type_name("ADDRESS:PORT")
       ->capture_default_str();
   command
-      ->add_option("--token-file", a->token_file, "answer only requests with the token in the first line of this file")
+      ->add_option("--token-file", a->token_file,
+                   "answer only requests with the token in the first line of this file; default: a token of this run")
       ->type_name("FILE");
+  command
+      ->add_option("--tokens", a->tokens,
+                   "answer only the people of this file: their tokens or names, what they may do and see")
+      ->type_name("FILE")
+      ->excludes("--token-file");
+  command->add_flag("--no-token", a->no_token, "answer everybody on this machine")
+      ->excludes("--token-file")
+      ->excludes("--tokens");
+  command
+      ->add_option("--user-header", a->user_header,
+                   "take the name of the user from this header of a --proxy, which has checked it")
+      ->type_name("NAME");
   command
       ->add_option("--link-key", a->link_key,
                    "make the links for Neuroglancer and CATMAID from the text in this file, so that servers share them")

@@ -221,7 +221,7 @@ def test_a_fork_uses_the_set_while_other_threads_do(s, random):
 
 def test_a_set_at_an_address_answers_alike(s, column, random):
     program = os.environ.get("FILIFORM_PROGRAM", "filiform")
-    server = subprocess.Popen([program, "serve", str(column), "--listen", "127.0.0.1:0"], stdout=subprocess.PIPE,
+    server = subprocess.Popen([program, "serve", str(column), "--no-token", "--listen", "127.0.0.1:0"], stdout=subprocess.PIPE,
                               stderr=subprocess.STDOUT, text=True)
     try:
         import re

@@ -89,10 +89,11 @@ export async function serveFolder(folder, origin) {
   return `http://127.0.0.1:${server.address().port}`;
 }
 
-// `filiform serve` at `listen`, of which port 0 is a free one. `end(signal)` returns when the process has ended; a
-// process that was stopped goes on first.
+// `filiform serve` at `listen`, of which port 0 is a free one; without a token, unless `args` name a file of tokens.
+// `end(signal)` returns when the process has ended; a process that was stopped goes on first.
 export async function startServer(filiform, args, listen = '127.0.0.1:0') {
-  const child = spawn(filiform, ['serve', ...args, '--listen', listen], {stdio: ['ignore', 'pipe', 'ignore']});
+  const open = args.some((word) => word.startsWith('--token')) ? [] : ['--no-token'];
+  const child = spawn(filiform, ['serve', ...args, ...open, '--listen', listen], {stdio: ['ignore', 'pipe', 'ignore']});
   const end = (signal) => new Promise((done) => {
     if (child.exitCode !== null || child.signalCode !== null) return done();
     child.once('exit', done);

@@ -38,6 +38,8 @@ tools::Answer ServedSets::ask(const std::string& method, const std::string& targ
   request.target = target;
   request.headers = std::move(headers);
   request.body = body;
+  request.client = client;
+  request.user = user;
   return routes->answer(request).answer;
 }
 

@@ -27,6 +27,8 @@ class ServedSets {
   // The answer's JSON. Fails the test if the status is not 200.
   nlohmann::json json(const std::string& target) const;
 
+  std::string client;  // address of who asks
+  std::string user;    // whom a proxy names
   const TempFolder folder;
   std::optional<tools::SetShelf> shelf;
   tools::Access access;

@@ -2,6 +2,7 @@
 
 #include "tests/support/process.h"
 
+#include <algorithm>
 #include <arpa/inet.h>
 #include <cerrno>
 #include <fstream>
@@ -18,6 +19,8 @@ namespace {
 std::vector<std::string> serveWords(const std::vector<std::string>& arguments) {
   std::vector<std::string> words{filiformProgram().string(), "serve"};
   words.insert(words.end(), arguments.begin(), arguments.end());
+  const auto names = [](const std::string& word) { return word.starts_with("--token") || word == "--user-header"; };
+  if (std::none_of(words.begin(), words.end(), names)) words.push_back("--no-token");
   words.insert(words.end(), {"--listen", "127.0.0.1:0"});
   return words;
 }

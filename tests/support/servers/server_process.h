@@ -13,8 +13,8 @@ namespace filiform::test {
 
 class ServerProcess : public StartedProcess {
  public:
-  // Starts `filiform serve ARGUMENTS... --listen 127.0.0.1:0` and waits for its address. Throws std::runtime_error if
-  // it prints none. `err`: the file for its standard error.
+  // Starts `filiform serve ARGUMENTS... --listen 127.0.0.1:0`, with --no-token unless they name tokens or users, and
+  // waits for its address. Throws std::runtime_error if it prints none. `err`: the file for its standard error.
   ServerProcess(const std::vector<std::string>& arguments, const std::string& err);
 
   const std::string& address() const { return line(); }  // http://127.0.0.1:PORT

@@ -2,6 +2,7 @@
 
 #include "index/errors.h"
 #include "index/text.h"
+#include "tools/serve/people/person.h"
 
 #include <algorithm>
 #include <arpa/inet.h>
@@ -88,6 +89,11 @@ std::string shareOf(const std::string& address) {
   std::fill(network.begin() + 8, network.end(), std::uint8_t{0});
   std::array<char, INET6_ADDRSTRLEN> text{};
   return std::string(::inet_ntop(AF_INET6, network.data(), text.data(), text.size())) + "/64";
+}
+
+std::string workShareOf(const std::string& address, const Person* person) {
+  const bool is_known = person != nullptr && !person->key.empty() && !person->name.empty();
+  return is_known ? "person " + person->name : shareOf(address);
 }
 
 }  // namespace filiform::tools

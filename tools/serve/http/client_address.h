@@ -14,6 +14,8 @@
 
 namespace filiform::tools {
 
+struct Person;
+
 class Proxies {
  public:
   // ADDRESS or ADDRESS/BITS each. Throws UsageError.
@@ -35,5 +37,7 @@ class Proxies {
 
 // The name under which the shares of a client are counted: its address; of IPv6 the network of 64 bits.
 std::string shareOf(const std::string& address);
+// The name under which work is counted: the person's own, if a token or a proxy names them, else the client's.
+std::string workShareOf(const std::string& address, const Person* person);
 
 }  // namespace filiform::tools

@@ -22,18 +22,17 @@ std::string logLine(const LogEntry& entry, LogFormat format) {
   constexpr std::size_t kMostTarget = 500;
   const std::string target = escaped(redacted(entry.target), kMostTarget), method = escaped(entry.method, 20);
   const double ms = std::round(entry.seconds * 1e5) / 100;
-  if (format == LogFormat::json)
-    return jsonText({{"time", utcTime(entry.time_s)},
-                     {"client", entry.client},
-                     {"method", method},
-                     {"target", target},
-                     {"status", entry.status},
-                     {"bytes", entry.bytes},
-                     {"ms", ms},
-                     {"id", escaped(entry.id, 64)}});
+  const std::string user = escaped(entry.user, 128);
+  if (format == LogFormat::json) {
+    nlohmann::ordered_json json{
+        {"time", utcTime(entry.time_s)}, {"client", entry.client}, {"method", method}, {"target", target},
+        {"status", entry.status},        {"bytes", entry.bytes},   {"ms", ms},         {"id", escaped(entry.id, 64)}};
+    if (!user.empty()) json["user"] = user;
+    return jsonText(json);
+  }
   return utcTime(entry.time_s) + ' ' + entry.client + ' ' + method + ' ' + target + ' ' + std::to_string(entry.status) +
          ' ' + std::to_string(entry.bytes) + " B " + formatNumber(ms) + " ms" +
-         (entry.id.empty() ? "" : ' ' + escaped(entry.id, 64));
+         (entry.id.empty() ? "" : ' ' + escaped(entry.id, 64)) + (user.empty() ? "" : " user=" + user);
 }
 
 }  // namespace filiform::tools

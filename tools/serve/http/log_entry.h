@@ -13,7 +13,8 @@ struct LogEntry {
   unsigned status = 0;
   std::uint64_t bytes = 0;  // of the content
   double seconds = 0;
-  std::string id = {};  // of the request
+  std::string id = {};    // of the request
+  std::string user = {};  // who asked; empty: nobody is known
 };
 
 enum class LogFormat { text, json };

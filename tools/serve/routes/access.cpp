@@ -1,22 +1,21 @@
 #include "tools/serve/routes/access.h"
 
+#include "index/errors.h"
 #include "index/file/signature.h"
 #include "index/text.h"
+#include "tools/serve/people/secret.h"
+#include "tools/serve/routes/cookie.h"
 #include "tools/serve/routes/session_request.h"
-#include "tools/words/token.h"
 
 #include <algorithm>
 #include <arpa/inet.h>
-#include <array>
-#include <cerrno>
-#include <unistd.h>
 #include <utility>
 
 namespace filiform::tools {
 
 namespace {
 
-constexpr std::size_t kLeastToken = 16, kMostToken = 512;
+constexpr std::size_t kMarkDigits = 16, kTextDigits = 32;  // of a cookie: its mark; its random text, and a capability
 
 // The host of HOST[:PORT] in lower case, without the brackets of IPv6. Empty if the text is malformed.
 std::string hostOf(std::string_view authority) {
@@ -32,29 +31,6 @@ bool isIpAddress(const std::string& host) {
   return inet_pton(AF_INET, host.c_str(), &address) == 1 || inet_pton(AF_INET6, host.c_str(), &address) == 1;
 }
 
-// The value of a cookie; empty if it is absent.
-std::string_view cookieOf(std::string_view header, std::string_view name) {
-  while (!header.empty()) {
-    const std::string_view pair = header.substr(0, header.find(';'));
-    header.remove_prefix(std::min(header.size(), pair.size() + 1));
-    const std::size_t begin = pair.find_first_not_of(' ');
-    if (begin == std::string_view::npos) continue;
-    const std::string_view trimmed = pair.substr(begin);
-    if (trimmed.size() > name.size() && trimmed.starts_with(name) && trimmed[name.size()] == '=')
-      return trimmed.substr(name.size() + 1);
-  }
-  return {};
-}
-
-// Takes the same time for each text of the same length. False for an empty secret.
-bool isSecret(std::string_view text, const std::string& secret) {
-  if (secret.empty()) return false;
-  unsigned difference = text.size() == secret.size() ? 0 : 1;
-  for (std::size_t i = 0; i < text.size(); ++i)
-    difference |= static_cast<unsigned char>(text[i]) ^ static_cast<unsigned char>(secret[i % secret.size()]);
-  return difference == 0;
-}
-
 std::string_view givenToken(const Request& request) {
   const std::string_view given = request.header("authorization");
   constexpr std::string_view kScheme = "bearer ";
@@ -62,14 +38,6 @@ std::string_view givenToken(const Request& request) {
     return given.substr(kScheme.size());
   if (!given.empty()) return {};
   return tokenOfProtocols(request.header("sec-websocket-protocol"));
-}
-
-std::string cookieName(const Request& request) {
-  if (request.is_tls) return "__Host-filiform";  // browsers accept this name over TLS only
-  const std::string_view host = request.header("host");
-  const std::size_t colon = host.rfind(':');
-  const bool has_port = colon != std::string_view::npos && host.find(']', colon) == std::string_view::npos;
-  return "filiform" + (has_port ? '_' + std::string(host.substr(colon + 1)) : std::string());
 }
 
 // SCHEME://HOST or SCHEME://HOST:PORT in lower case.
@@ -80,127 +48,200 @@ bool isOrigin(std::string_view text) {
          text.find_first_of("/?#@ ", scheme + 3) == std::string_view::npos;
 }
 
-}  // namespace
-
-std::string randomText() {
-  std::array<unsigned char, 16> bytes{};
-  if (::getentropy(bytes.data(), bytes.size()) != 0) throw IoError("the system's random numbers", "cannot read", errno);
-  std::string text;
-  for (const unsigned char byte : bytes) {
-    static constexpr char kHex[] = "0123456789abcdef";
-    (text += kHex[byte >> 4]) += kHex[byte & 15];
-  }
-  return text;
+// A request for a picture, a script and the like of a page of another site, to whom browsers send no Origin.
+bool isLoadedElsewhere(const Request& request) {
+  const std::string_view site = request.header("sec-fetch-site");
+  const bool is_visit =
+      request.header("sec-fetch-mode") == "navigate" && request.header("sec-fetch-dest") == "document";
+  return !site.empty() && site != "same-origin" && site != "none" && !is_visit;
 }
 
-Access::Access(AccessRules rules) : rules_(std::move(rules)), needs_token_(!rules_.token.empty()) {
+Answer bearerProblem(const std::string& detail) {
+  Answer answer = problem(401, detail);
+  answer.headers.emplace_back("WWW-Authenticate", "Bearer");
+  return answer;
+}
+
+}  // namespace
+
+Access::Access(AccessRules rules)
+    : rules_(std::move(rules)), people_(std::make_shared<const People>(rules_.people)), own_key_(randomText()) {
   for (std::string& origin : rules_.origins) {
     origin = lowerCase(origin);
     if (!isOrigin(origin))
       throw UsageError("--origin " + inShort(origin) + ": give SCHEME://HOST or SCHEME://HOST:PORT, without a path");
   }
   for (std::string& host : rules_.hosts) host = lowerCase(host);
-  if (needsToken()) capability_ = freshCapability();
+  makeDoors();
 }
 
-std::string Access::capability() const {
+// A person without a known token has no secret of their own.
+std::string Access::signingKey(const Person& person) const {
+  if (!person.token.empty()) return rules_.link_key + '\n' + person.token;
+  return (rules_.link_key.empty() ? own_key_ : rules_.link_key) + '\n' + person.key;
+}
+
+void Access::makeDoors() {
+  std::map<std::string, Door> doors;
+  capabilities_.clear();
+  marks_.clear();
+  for (const PersonPointer& person : people_->all()) {
+    const std::string key = signingKey(*person);
+    const auto known = doors_.find(person->key);
+    std::string capability = !rules_.link_key.empty() ? signatureOf("capability", key).substr(0, kTextDigits)
+                             : known != doors_.end()  ? known->second.capability
+                                                      : randomText();
+    capabilities_[digestOf(capability)] = person;
+    marks_[signatureOf("mark", key).substr(0, kMarkDigits)] = person;
+    doors[person->key] = {person, std::move(capability)};
+  }
+  doors_ = std::move(doors);
+}
+
+std::shared_ptr<const People> Access::people() const {
   const std::lock_guard lock(mutex_);
-  return capability_;
+  return people_;
 }
 
-std::string Access::freshCapability() const {
-  constexpr std::size_t kDigits = 32;
-  return rules_.link_key.empty() ? randomText()
-                                 : signatureOf("capability " + rules_.token, rules_.link_key).substr(0, kDigits);
-}
+bool Access::isOpen() const { return people()->isOpen(); }
 
-void Access::revokeCapability() {
-  if (!needsToken()) return;
+void Access::setPeople(People people) {
   const std::lock_guard lock(mutex_);
+  people_ = std::make_shared<const People>(std::move(people));
+  makeDoors();
+}
+
+std::string Access::capability(const Person& person) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = doors_.find(person.key);
+  return found == doors_.end() ? "" : found->second.capability;
+}
+
+void Access::revokeCapability(const Person& person) {
+  const std::lock_guard lock(mutex_);
+  const auto found = doors_.find(person.key);
+  if (found == doors_.end()) throw Refusal(400, "you need no token here, so that there is nothing to revoke");
   if (!rules_.link_key.empty())
     throw Refusal(409, "the links are made of --link-key; change that file for all servers, which read it again");
-  capability_ = freshCapability();
+  found->second.capability = randomText();
+  makeDoors();
 }
 
 void Access::setLinkKey(const std::string& key) {
   const std::lock_guard lock(mutex_);
   rules_.link_key = key;
-  if (needsToken()) capability_ = freshCapability();
+  makeDoors();
+}
+
+PersonPointer Access::byCapability(const std::string& capability) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = capabilities_.find(digestOf(capability));
+  return found == capabilities_.end() ? nullptr : found->second;
+}
+
+std::string Access::cookie(const Request& request, const Person& person) const {
+  const std::lock_guard lock(mutex_);
+  const std::string key = signingKey(person), text = signatureOf("mark", key).substr(0, kMarkDigits) + randomText();
+  return setCookie(request, text + signatureOf(text, key));
+}
+
+PersonPointer Access::byCookie(const Request& request) const {
+  constexpr std::size_t kSigned = kMarkDigits + kTextDigits;
+  const std::string_view value = cookieOf(request);
+  if (value.size() <= kSigned) return nullptr;
+  const std::lock_guard lock(mutex_);
+  const auto found = marks_.find(std::string(value.substr(0, kMarkDigits)));
+  if (found == marks_.end() || found->second->key.starts_with("user ")) return nullptr;
+  const std::string right = signatureOf(value.substr(0, kSigned), signingKey(*found->second));
+  return isSecret(value.substr(kSigned), right) ? found->second : nullptr;
 }
 
 bool Access::isListed(std::string_view origin) const {
   return std::find(rules_.origins.begin(), rules_.origins.end(), lowerCase(origin)) != rules_.origins.end();
 }
 
-std::string Access::token() const {
-  const std::lock_guard lock(mutex_);
-  return rules_.token;
-}
-
-void Access::setToken(const std::string& token) {
-  const std::lock_guard lock(mutex_);
-  rules_.token = token;
-  capability_ = freshCapability();
-}
-
-bool Access::isToken(std::string_view text) const { return isSecret(text, token()); }
-
-std::string Access::cookie(const Request& request) const {
-  const std::string nonce = randomText();
-  return cookieName(request) + '=' + nonce + signatureOf(nonce, token()) + "; HttpOnly; SameSite=Strict; Path=/" +
-         (request.is_tls ? "; Secure" : "");
-}
-
-bool Access::hasCookie(const Request& request) const {
-  constexpr std::size_t kNonce = 32;
-  const std::string_view value = cookieOf(request.header("cookie"), cookieName(request));
-  return value.size() > kNonce &&
-         isSecret(value.substr(kNonce), signatureOf(std::string(value.substr(0, kNonce)), token()));
-}
-
-unsigned Access::countWrong(const std::string& client) const {
-  constexpr std::size_t kMostClients = 4096;
-  const auto now = std::chrono::steady_clock::now();
-  const std::lock_guard lock(mutex_);
-  if (wrong_.size() > kMostClients) wrong_.clear();
-  Wrong& own = wrong_[client];
-  if (own.count == 0 || now - own.since > std::chrono::minutes(1)) own = {now, 0};
-  return ++own.count;
-}
-
-std::optional<Answer> Access::refuse(const Request& request, bool open) const {
+std::optional<AccessRefusal> Access::refuseSite(const Request& request, Scope scope) const {
   const std::string_view authority = request.header("host");
-  if (authority.empty()) return problem(400, "the request has no Host header");
+  if (authority.empty()) return AccessRefusal{problem(400, "the request has no Host header")};
   const std::string host = hostOf(authority);
   if (host != "localhost" && !isIpAddress(host) &&
       std::find(rules_.hosts.begin(), rules_.hosts.end(), host) == rules_.hosts.end())
-    return problem(421, "this server has not the name '" + escaped(host, 80) + "'; start it with --host NAME");
+    return AccessRefusal{
+        problem(421, "this server has not the name '" + escaped(host, 80) + "'; start it with --host NAME")};
   const std::string_view origin = request.header("origin");
   const bool own =
       lowerCase(origin) == "http://" + lowerCase(authority) || lowerCase(origin) == "https://" + lowerCase(authority);
   if (!origin.empty() && !own && !isListed(origin))
-    return problem(403, "pages of " + escaped(origin, 80) + " may not ask; start the server with --origin URL");
-  if (request.capability && request.method != "OPTIONS") {
-    if (isSecret(*request.capability, capability())) return std::nullopt;
-    return problem(401, "this address was revoked; the server's page has the present one");
-  }
-  // A browser sends no token before it asks for leave.
-  if (open || !needsToken() || request.method == "OPTIONS") return std::nullopt;
-  const std::string_view token = givenToken(request);
-  if (isToken(token) || (request.header("authorization").empty() && hasCookie(request))) return std::nullopt;
-  if (!token.empty()) return wrongToken(request);
-  Answer answer =
-      problem(401, "send the header 'Authorization: Bearer TOKEN', with the token of the server's --token-file");
-  answer.headers.emplace_back("WWW-Authenticate", "Bearer");
-  return answer;
+    return AccessRefusal{
+        problem(403, "pages of " + escaped(origin, 80) + " may not ask; start the server with --origin URL")};
+  if (scope != Scope::open && origin.empty() && isLoadedElsewhere(request))
+    return AccessRefusal{problem(403, "pages of other sites may not show this; open it in a window of its own")};
+  return std::nullopt;
 }
 
-Answer Access::wrongToken(const Request& request) const {
-  if (countWrong(request.client) > kMostWrong)
-    return problem(429, "more than 20 wrong tokens in a minute; ask whoever runs this server for the right one");
-  Answer answer = problem(401, "this is not the server's token");
-  answer.headers.emplace_back("WWW-Authenticate", "Bearer");
-  return answer;
+// The user that a proxy names comes before a token, which may be one for the proxy.
+std::optional<AccessRefusal> Access::findPerson(Request& request, const std::optional<std::string>& page_token) {
+  const std::shared_ptr<const People> people = this->people();
+  if (!page_token && !request.user.empty()) {
+    request.person = people->user(request.user);
+    if (request.person != nullptr) return std::nullopt;
+    return AccessRefusal{problem(403, "the user '" + escaped(request.user, 64) +
+                                          "' may not ask; whoever runs this server can add a [[user]] to --tokens")};
+  }
+  const std::string_view token = page_token ? std::string_view(*page_token) : givenToken(request);
+  if (!token.empty() || page_token) {
+    request.person = people->byToken(token);
+    if (request.person == nullptr && !people->isOpen()) return wrongToken(request);
+  } else if (request.header("authorization").empty()) {
+    request.person = byCookie(request);
+  }
+  if (request.person == nullptr) request.person = people->anonymous();
+  if (request.person != nullptr) return std::nullopt;
+  return AccessRefusal{bearerProblem("send the header 'Authorization: Bearer TOKEN', with a token of this server; a "
+                                     "browser opens the link that the server prints"),
+                       Reason::no_token};
+}
+
+std::optional<AccessRefusal> Access::refuse(Request& request, Scope scope,
+                                            const std::optional<std::string>& page_token) {
+  request.person = nullptr;
+  if (auto refused = refuseSite(request, scope)) return refused;
+  // A browser sends no token before it asks for leave.
+  if (request.method == "OPTIONS") return std::nullopt;
+  if (request.capability) {
+    request.person = byCapability(*request.capability);
+    if (request.person == nullptr)
+      return AccessRefusal{problem(401, "this address was revoked; the server's page has the present one"),
+                           Reason::no_token};
+  } else if (scope == Scope::open) {
+    return std::nullopt;
+  } else if (auto refused = findPerson(request, page_token)) {
+    return refused;
+  }
+  const Person& person = *request.person;
+  if (!person.may(scope))
+    return AccessRefusal{problem(403, std::string("you have not the scope '") + toString(scope) +
+                                          "'; whoever runs this server can add it to your entry in --tokens")};
+  if (const unsigned wait_s = quotas_.take(person.key.empty() ? request.client : person.name + ' ' + person.entry,
+                                           person.requests_per_minute);
+      wait_s > 0) {
+    Answer answer = problem(429, "your " + std::to_string(person.requests_per_minute) +
+                                     " requests a minute are used; ask again in " + std::to_string(wait_s) + " s");
+    std::erase_if(answer.headers, [](const auto& header) { return header.first == "Retry-After"; });
+    answer.headers.emplace_back("Retry-After", std::to_string(wait_s));
+    return AccessRefusal{std::move(answer), Reason::quota};
+  }
+  return std::nullopt;
+}
+
+AccessRefusal Access::wrongToken(const Request& request) {
+  const unsigned tried = wrong_tokens_.count(request.client);
+  if (tried == kMostWrong + 1 && rules_.tell)
+    rules_.tell(request.client + " has sent more than 20 wrong tokens in a minute; each further one waits a second");
+  if (tried > kMostWrong)
+    return {problem(429, "more than 20 wrong tokens in a minute; ask whoever runs this server for the right one"),
+            Reason::many_tokens};
+  return {bearerProblem("this is not the server's token"), Reason::wrong_token};
 }
 
 void Access::addCors(const Request& request, Answer& answer) const {
@@ -216,15 +257,6 @@ void Access::addCors(const Request& request, Answer& answer) const {
   answer.headers.emplace_back("Access-Control-Allow-Headers",
                               "Accept, Authorization, Content-Type, If-None-Match, Range");
   answer.headers.emplace_back("Access-Control-Max-Age", "600");
-}
-
-std::string readToken(const std::string& option, const std::string& path) {
-  std::string token = readTokenFile(option, path);
-  if (token.find_first_of(";,\"\\") != std::string::npos || token.size() < kLeastToken || token.size() > kMostToken)
-    throw UsageError(option + " " + inShort(path) +
-                     ": its first line must be a token of 16 to 512 letters and "
-                     "digits, such as 'openssl rand -hex 32' prints");
-  return token;
 }
 
 }  // namespace filiform::tools

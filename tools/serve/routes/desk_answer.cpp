@@ -15,10 +15,10 @@ std::optional<DeskRequest> deskRequest(const Request& request) {
                      {parts[2], parts[4], request.parameter("revision").value_or("")}};
 }
 
-std::optional<DeskRefusal> refuseRoom(const SetShelf& shelf, const DeskRoomName& room) {
+std::optional<DeskRefusal> refuseRoom(const SetShelf& shelf, const DeskRoomName& room, const Person* who) {
   if (!isDeskName(room.desk))
     return DeskRefusal{DeskCode::policy, "the name of a desk is 1 to 32 letters, digits, '-', '_' or '.'"};
-  const auto served = shelf.find(room.set);
+  const auto served = shelf.find(room.set, who);
   if (served == nullptr)
     return DeskRefusal{DeskCode::no_set, "this server has no set '" + escaped(room.set, 40) + "'; /v1/sets lists them"};
   const std::string& revision = served->set().revision();
@@ -27,10 +27,16 @@ std::optional<DeskRefusal> refuseRoom(const SetShelf& shelf, const DeskRoomName&
                                                    escaped(room.revision, 30) + "; open the same set on both sides"};
 }
 
-// For a request that is no WebSocket upgrade.
+// These two are for a request that is no WebSocket upgrade.
 Answer deskAnswer(const Call&) {
   Answer answer =
       problem(426, "open a WebSocket here, with filiform view SET --follow, or with the page /travel/{set}");
+  answer.headers.emplace_back("Upgrade", "websocket");
+  return answer;
+}
+
+Answer sessionAnswer(const Call&) {
+  Answer answer = problem(426, "open a WebSocket here; tools/serve/PROTOCOL.md describes filiform.v1");
   answer.headers.emplace_back("Upgrade", "websocket");
   return answer;
 }

@@ -20,6 +20,6 @@ std::optional<DeskRequest> deskRequest(const Request& request);
 class SetShelf;
 
 // Why the room cannot be: no such set, another revision, or a wrong name. nullopt: it can.
-std::optional<DeskRefusal> refuseRoom(const SetShelf& shelf, const DeskRoomName& room);
+std::optional<DeskRefusal> refuseRoom(const SetShelf& shelf, const DeskRoomName& room, const Person* who);
 
 }  // namespace filiform::tools

@@ -79,8 +79,9 @@ Json operationOf(const Route& route) {
     operation["responses"]["304"] = {{"description", "If-None-Match names the ETag of the answer"}};
   if (path.ends_with("{file}"))
     operation["responses"]["206"] = {{"description", "the part that Range asks for"}, {"content", content}};
-  operation["security"] =
-      route.open ? Json::array({Json::object()}) : Json::array({Json::object(), {{"token", Json::array()}}});
+  operation["security"] = route.scope == Scope::open
+                              ? Json::array({Json::object()})
+                              : Json::array({Json::object(), {{"token", Json::array({toString(route.scope)})}}});
   return operation;
 }
 

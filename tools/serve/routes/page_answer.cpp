@@ -129,15 +129,22 @@ std::string sectionOf(const ServedSet& served, const PageContext& page) {
 
 }  // namespace
 
+Answer tokenAnswer(const Call& call, const std::string& page) {
+  Answer answer{.status = 303, .headers = {{"Location", page}}};
+  const Person& person = *call.request.person;
+  if (!person.key.empty()) answer.headers.emplace_back("Set-Cookie", call.service.access.cookie(call.request, person));
+  return answer;
+}
+
 Answer pageAnswer(const Call& call) {
-  if (const auto token = call.request.parameter("token")) return tokenAnswer(call, *token, "/");
-  const Access& access = call.service.access;
+  if (call.request.parameter("token")) return tokenAnswer(call, "/");
+  const Person& person = *call.request.person;
   PageContext page;
   // A proxy with TLS names the client's scheme.
   const std::string scheme = call.request.header("x-forwarded-proto") == "https" ? "https://" : "http://";
   page.server = scheme + std::string(call.request.header("host"));
-  page.token = access.needsToken();
-  if (page.token) page.doors = "/~" + access.capability();
+  page.token = !person.key.empty();
+  if (page.token) page.doors = "/~" + call.service.access.capability(person);
   page.pictures = call.service.pictures != nullptr;
   page.neuroglancer = call.service.neuroglancer;
   std::string html =
@@ -146,11 +153,11 @@ Answer pageAnswer(const Call& call) {
       "<link rel=\"icon\" href=\"/icon.svg\"><link rel=\"stylesheet\" href=\"/page.css\">"
       "<script src=\"/page.js\"></script></head><body>\n"
       "<h1>filiform</h1>\n<p>Neuron reconstructions, cut into tiles. Positions are in &micro;m.\n";
-  for (const auto& served : call.service.shelf.all()) html += sectionOf(*served, page);
-  if (page.token)
+  for (const auto& served : call.sets()) html += sectionOf(*served, page);
+  if (page.token && person.may(Scope::revoke))
     html +=
         "<h2>Addresses for Neuroglancer</h2>\n<p>Whoever has one of the addresses with <code>~</code> can read the "
-        "skeletons, without the token. This revokes all of them and makes new ones:\n" +
+        "skeletons, without the token. This revokes yours and makes new ones:\n" +
         code("curl -X DELETE -H \"Authorization: Bearer $FILIFORM_TOKEN\" " + page.server + "/v1/capability");
   html +=
       "<hr><p><a href=\"/v1/openapi.json\">Description of the interface</a> &middot; "
@@ -208,11 +215,8 @@ Answer iconAnswer(const Call&) {
 
 Answer capabilityAnswer(const Call& call) {
   Access& access = call.service.access;
-  if (call.request.method == "DELETE") {
-    if (!access.needsToken()) throw Refusal(400, "this server needs no token, so that there is nothing to revoke");
-    access.revokeCapability();
-  }
-  const std::string part = access.capability();
+  if (call.request.method == "DELETE") access.revokeCapability(*call.request.person);
+  const std::string part = access.capability(*call.request.person);
   nlohmann::ordered_json json{{"capability", nullptr}, {"precomputed", "/precomputed/"}, {"catmaid", "/catmaid/"}};
   if (!part.empty())
     json = {

@@ -8,6 +8,8 @@
 // Thread rule: a value.
 #pragma once
 
+#include "tools/serve/people/person.h"
+
 #include <map>
 #include <optional>
 #include <string>
@@ -22,7 +24,11 @@ struct Request {
   std::map<std::string, std::string> headers;  // names in lower case
   std::string body;
   std::string client;   // its address; the server fills it
+  std::string user;     // whom a stated proxy names; empty: nobody; the server fills it
   bool is_tls = false;  // a stated proxy says that the client used https
+
+  PersonPointer person;    // who asks; Access fills it
+  bool is_judged = false;  // Routes::refuse() has let it pass
 
   // What parseTarget() finds, decoded. Parts may hold any bytes.
   std::vector<std::string> parts;

@@ -1,34 +1,17 @@
-// Routes: the table of what the service answers. One table decides which requests are answered, which parameters they
-// may have, and what /v1/openapi.json says. Thread rule: immutable; internally synchronised where a Service is.
+// Routes: answers requests with the table of routes. Thread rule: immutable; internally synchronised where a Service
+// is.
 #pragma once
 
+#include "tools/serve/routes/access.h"
+#include "tools/serve/routes/route_table.h"
 #include "tools/serve/routes/service.h"
 
 #include <atomic>
 #include <functional>
 #include <optional>
-#include <span>
 #include <string>
-#include <vector>
 
 namespace filiform::tools {
-
-struct RouteParameter {
-  const char* name;
-  const char* kind;  // string, number, integer
-  const char* meaning;
-};
-
-struct Route {
-  const char* method;  // GET (and HEAD), POST or DELETE
-  const char* path;    // {NAME} stands for one part; {set} for the name of a set
-  const char* summary;
-  const char* type;  // media type of the answer
-  std::vector<RouteParameter> parameters;
-  bool open;  // answers without a token
-  Answer (*answer)(const Call& call);
-};
-std::span<const Route> allRoutes();
 
 // The answer to a request, and the path of its route for the metrics; empty if no route fits.
 struct Routed {
@@ -56,7 +39,7 @@ class Routes {
  private:
   struct Found;
   Found find(Request& request) const;
-  Routed refusedToken(const Request& request, Answer answer, const char* route) const;
+  void count(AccessRefusal::Reason reason) const;
   Routed finished(const Request& request, Answer answer, const char* route) const;
 
   const Service& service_;

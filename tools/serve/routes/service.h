@@ -34,6 +34,9 @@ struct Call {
   const Request& request;
   std::vector<std::string> captured;             // what the {} of the route's path stand for, decoded
   std::shared_ptr<const ServedSet> served = {};  // the set that the path names, if it names one
+
+  // The open sets that the person who asks may know of.
+  std::vector<std::shared_ptr<const ServedSet>> sets() const { return service.shelf.all(request.person.get()); }
 };
 
 // True if the request's Accept asks for an .npy array.
@@ -55,8 +58,8 @@ std::vector<std::uint32_t> cellsMeeting(const ServedSet& served, const std::stri
 std::optional<std::uint32_t> eachListedCell(const Call& call,
                                             const std::function<bool(std::uint32_t, const CellRecord&)>& use);
 
-// Answers with the token in a cookie, and a redirect to `page`; 401 if it is not the server's.
-Answer tokenAnswer(const Call& call, const std::string& token, const std::string& page);
+// Answers a request with a token in its address: a cookie instead, and a redirect to `page`.
+Answer tokenAnswer(const Call& call, const std::string& page);
 
 // The answers. Each throws Refusal, UsageError for a wrong value, and what the set throws. Routes turns these into
 // problems. tools/serve/README.md says what each answers.

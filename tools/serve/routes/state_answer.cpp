@@ -24,12 +24,12 @@ Answer readinessAnswer(const Call& call) {
 
 Answer metricsAnswer(const Call& call) {
   return {.type = "text/plain; version=0.0.4",
-          .body = call.service.metrics.text(call.service.shelf, call.service.version)};
+          .body = call.service.metrics.text(call.service.shelf, call.service.version, *call.request.person)};
 }
 
 Answer setsAnswer(const Call& call) {
   nlohmann::ordered_json sets = nlohmann::ordered_json::array();
-  for (const auto& served : call.service.shelf.all()) {
+  for (const auto& served : call.sets()) {
     const SetCounts& n = served->set().counts();
     sets.push_back({{"name", served->name()},
                     {"revision", served->set().revision()},

@@ -48,8 +48,7 @@ const char* mediaTypeOf(std::string_view name) {
 }  // namespace
 
 Answer travelAnswer(const Call& call) {
-  if (const auto token = call.request.parameter("token"))
-    return tokenAnswer(call, *token, "/travel/" + urlPart(call.served->name()));
+  if (call.request.parameter("token")) return tokenAnswer(call, "/travel/" + urlPart(call.served->name()));
   const std::string name = htmlText(call.served->name());
   std::string html = "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>" + name +
                      " - filiform</title><meta name=\"viewport\" content=\"width=device-width,user-scalable=no\">"

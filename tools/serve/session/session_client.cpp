@@ -78,7 +78,8 @@ nlohmann::ordered_json coordinatesJson(const Vector3d& v) { return {v.x(), v.y()
 
 }  // namespace
 
-SessionClient::SessionClient(SessionHouse& house, std::string version) : house_(house), version_(std::move(version)) {}
+SessionClient::SessionClient(SessionHouse& house, std::string version, PersonPointer who)
+    : house_(house), version_(std::move(version)), who_(std::move(who)) {}
 
 SessionClient::~SessionClient() { close(); }
 
@@ -160,7 +161,7 @@ SessionClient::Json SessionClient::hello(const Params& params) {
     throw RpcError(RpcError::kParams, "this server speaks filiform.v1, not '" + escaped(protocol, 40) + "'");
   greeted_ = true;
   Json sets = Json::array();
-  for (const auto& served : house_.shelf().all()) {
+  for (const auto& served : house_.shelf().all(who_.get())) {
     const TileSet& set = served->set();
     const GridBox& bounds = set.bounds();
     const bool empty = set.segmentCount() == 0;
@@ -196,7 +197,7 @@ SessionClient::Json SessionClient::open(const Params& params) {
       options.hand.hi_D.cwiseAbs().maxCoeff() > RemoteHand::kMost_m)
     throw RpcError(RpcError::kParams, "lo_m must be below hi_m, both within 10 m");
   const std::shared_ptr<RemoteSession> before = this->session();
-  const std::shared_ptr<RemoteSession> session = house_.open(*set, options, before != nullptr);
+  const std::shared_ptr<RemoteSession> session = house_.open(*set, options, before != nullptr, who_.get());
   ProxyPlace place;
   try {
     if (params.contains("at") || params.contains("cell")) place = placeOf(*session, params);

@@ -51,8 +51,9 @@ struct SessionRefusal {
 
 class SessionClient {
  public:
-  // The house must outlive this object. `version`: of the server.
-  SessionClient(SessionHouse& house, std::string version);
+  // The house must outlive this object. `version`: of the server. `who`: whose sets the client may know of; nullptr:
+  // all sets.
+  SessionClient(SessionHouse& house, std::string version, PersonPointer who = nullptr);
   ~SessionClient();
 
   // The answer to a text frame; empty: none.
@@ -91,6 +92,7 @@ class SessionClient {
 
   SessionHouse& house_;
   const std::string version_;
+  const PersonPointer who_;
   bool greeted_ = false;  // answer()'s
   mutable std::mutex mutex_;
   std::shared_ptr<RemoteSession> session_;

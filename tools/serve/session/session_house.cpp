@@ -35,8 +35,8 @@ SessionHouse::~SessionHouse() {
   for (Room& room : std::exchange(rooms_, {})) ticker_.remove(*room.session);
 }
 
-std::shared_ptr<SharedScene> SessionHouse::sceneOf(const std::string& set) {
-  const std::shared_ptr<const ServedSet> served = shelf_.find(set);
+std::shared_ptr<SharedScene> SessionHouse::sceneOf(const std::string& set, const Person* who) {
+  const std::shared_ptr<const ServedSet> served = shelf_.find(set, who);
   if (served == nullptr) throw Refusal(404, "there is no set '" + escaped(set, 60) + "'; hello lists the sets");
   std::size_t revisions = 0;
   {
@@ -55,7 +55,8 @@ std::shared_ptr<SharedScene> SessionHouse::sceneOf(const std::string& set) {
   return scene;
 }
 
-std::shared_ptr<RemoteSession> SessionHouse::open(const std::string& set, RemoteSessionOptions options, bool replaces) {
+std::shared_ptr<RemoteSession> SessionHouse::open(const std::string& set, RemoteSessionOptions options, bool replaces,
+                                                  const Person* who) {
   const std::lock_guard one_at_a_time(opening_);
   {
     const std::lock_guard lock(mutex_);
@@ -68,7 +69,7 @@ std::shared_ptr<RemoteSession> SessionHouse::open(const std::string& set, Remote
   if (!options_.record_folder.empty())
     options.record = options_.record_folder + "/session-" + std::to_string(::getpid()) + "-" +
                      std::to_string(options.number) + ".rec";
-  const auto session = std::make_shared<RemoteSession>(sceneOf(set), options);
+  const auto session = std::make_shared<RemoteSession>(sceneOf(set, who), options);
   ticker_.add(*session);
   const std::lock_guard lock(mutex_);
   rooms_.push_back({session, {}});

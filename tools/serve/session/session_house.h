@@ -43,9 +43,10 @@ class SessionHouse {
   void onNews(std::function<void()> news) { on_news_ = std::move(news); }
 
   // Begins a session on the newest revision of a set; it ticks until close(). `replaces`: the client closes another
-  // session at once, which does not count. Throws Refusal 404 for an unknown set and 503 if there are too many
-  // sessions; UsageError for options or a budget out of range; CorruptTile, IoError.
-  std::shared_ptr<RemoteSession> open(const std::string& set, RemoteSessionOptions options, bool replaces = false);
+  // session at once, which does not count. Throws Refusal 404 for a set that is unknown, or that `who` may not know of,
+  // and 503 if there are too many sessions; UsageError for options or a budget out of range; CorruptTile, IoError.
+  std::shared_ptr<RemoteSession> open(const std::string& set, RemoteSessionOptions options, bool replaces = false,
+                                      const Person* who = nullptr);
   // Ends a session and its recording. A failure of the recording becomes a problem.
   void close(const std::shared_ptr<RemoteSession>& session);
   // Ends all sessions.
@@ -69,7 +70,7 @@ class SessionHouse {
     std::shared_ptr<SharedScene> scene;
     std::chrono::steady_clock::time_point used;  // when a session last was on it
   };
-  std::shared_ptr<SharedScene> sceneOf(const std::string& set);
+  std::shared_ptr<SharedScene> sceneOf(const std::string& set, const Person* who);
   void keep();
   void serveRooms();
   std::vector<std::shared_ptr<SharedScene>> takeIdleScenes();

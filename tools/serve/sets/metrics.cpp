@@ -1,5 +1,6 @@
 #include "tools/serve/sets/metrics.h"
 
+#include "tools/serve/people/person.h"
 #include "tools/serve/sets/set_shelf.h"
 #include "tools/words/numbers.h"
 
@@ -69,9 +70,10 @@ void addProcess(std::string& text) {
 }  // namespace
 
 void Metrics::count(const std::string& route, unsigned status, double seconds, std::uint64_t bytes_in,
-                    std::uint64_t bytes_out) {
+                    std::uint64_t bytes_out, const std::string& entry) {
   const std::lock_guard lock(mutex_);
   ++requests_[{route, status}];
+  if (!entry.empty()) ++people_[people_.size() < kMostEntries || people_.contains(entry) ? entry : "other"];
   ++durations_[static_cast<std::size_t>(std::lower_bound(kBounds_s.begin(), kBounds_s.end(), seconds) -
                                         kBounds_s.begin())];
   seconds_ += seconds;
@@ -79,7 +81,7 @@ void Metrics::count(const std::string& route, unsigned status, double seconds, s
   bytes_out_ += bytes_out;
 }
 
-std::string Metrics::text(const SetShelf& shelf, const std::string& version) const {
+std::string Metrics::text(const SetShelf& shelf, const std::string& version, const Person& who) const {
   std::string text;
   {
     const std::lock_guard lock(mutex_);
@@ -103,6 +105,10 @@ std::string Metrics::text(const SetShelf& shelf, const std::string& version) con
     addMetric(text, "filiform_received_bytes_total", "", std::to_string(bytes_in_));
     describeMetric(text, "filiform_sent_bytes_total", "counter", "Bytes of answers, without headers.");
     addMetric(text, "filiform_sent_bytes_total", "", std::to_string(bytes_out_));
+    describeMetric(text, "filiform_person_requests_total", "counter", "Requests, by entry in the file of --tokens.");
+    for (const auto& [entry, count] : people_)
+      if (who.seesAll() || entry == who.entry)
+        addMetric(text, "filiform_person_requests_total", "person=" + labelValue(entry), std::to_string(count));
   }
   const auto one = [&text](const char* name, const char* type, const char* help, std::uint64_t value) {
     describeMetric(text, name, type, help);
@@ -114,6 +120,10 @@ std::string Metrics::text(const SetShelf& shelf, const std::string& version) con
   one("filiform_left_answers_total", "counter", "Answers that were not finished, because their client left.",
       left_answers);
   one("filiform_refused_tokens_total", "counter", "Requests that were refused for want of the token.", refused_tokens);
+  one("filiform_slowed_tokens_total", "counter", "Those after more than 20 wrong tokens in a minute from their client.",
+      slowed_tokens);
+  one("filiform_refused_quotas_total", "counter", "Requests that were refused because a quota was used.",
+      refused_quotas);
   one("filiform_unreadable_total", "counter", "Answers that failed at a damaged or missing part of a set.", unreadable);
   one("filiform_answer_bytes", "gauge", "Bytes of answers of more than 1 MiB in memory.", answer_bytes);
   one("filiform_sessions", "gauge", "Open WebSockets of sessions.", sessions);
@@ -122,11 +132,11 @@ std::string Metrics::text(const SetShelf& shelf, const std::string& version) con
       "Ticks of sessions that ended more than 1 ms after they were due, or were left out.", session_late_ticks);
   one("filiform_session_tile_bytes", "gauge", "Bytes of the tiles of all sessions in memory.", session_tile_bytes);
   describeMetric(text, "filiform_tile_bytes", "gauge", "Bytes of the tiles in memory, by set.");
-  for (const auto& served : shelf.all())
+  for (const auto& served : shelf.all(&who))
     addMetric(text, "filiform_tile_bytes", "set=" + labelValue(served->name()),
               std::to_string(served->nearest().bytes()));
   describeMetric(text, "filiform_set_open", "gauge", "1: the set is served, 0: it cannot be read.");
-  const std::vector<SetShelf::State> states = shelf.states();
+  const std::vector<SetShelf::State> states = shelf.states(&who);
   for (const SetShelf::State& state : states)
     addMetric(text, "filiform_set_open", "set=" + labelValue(state.name), state.open ? "1" : "0");
   describeMetric(text, "filiform_set_ready", "gauge", "1: the set is served in its newest revision.");

@@ -129,6 +129,7 @@ void SetShelf::replace(const std::vector<ShelfEntry>& entries) {
   for (const ShelfEntry& entry : entries) {
     const Slot* const known = slot(entry.name);
     slots.push_back(known != nullptr && known->current != nullptr && known->entry == entry ? *known : Slot{entry});
+    slots.back().entry.readers = entry.readers;
   }
   openNew(slots);
   for (Slot& fresh : slots)
@@ -144,19 +145,25 @@ void SetShelf::replace(const std::vector<ShelfEntry>& entries) {
   refresh();
 }
 
-std::vector<SetShelf::State> SetShelf::states() const {
+std::vector<SetShelf::State> SetShelf::states(const Person* who) const {
   const std::lock_guard lock(mutex_);
   std::vector<State> states;
-  for (const Slot& slot : slots_)
+  for (const Slot& slot : slots_) {
+    if (!sees(who, slot)) continue;
     states.push_back({slot.entry.name, slot.current != nullptr, slot.current != nullptr && slot.problem.empty()});
+  }
   return states;
 }
 
-std::vector<std::shared_ptr<const ServedSet>> SetShelf::all() const {
+bool SetShelf::sees(const Person* who, const Slot& slot) {
+  return who == nullptr || who->sees(slot.entry.name, slot.entry.readers);
+}
+
+std::vector<std::shared_ptr<const ServedSet>> SetShelf::all(const Person* who) const {
   const std::lock_guard lock(mutex_);
   std::vector<std::shared_ptr<const ServedSet>> sets;
   for (const Slot& slot : slots_)
-    if (slot.current != nullptr) sets.push_back(slot.current);
+    if (slot.current != nullptr && sees(who, slot)) sets.push_back(slot.current);
   return sets;
 }
 
@@ -166,15 +173,16 @@ const SetShelf::Slot* SetShelf::slot(const std::string& name) const {
   return found == slots_.end() ? nullptr : &*found;
 }
 
-std::shared_ptr<const ServedSet> SetShelf::find(const std::string& name) const {
+std::shared_ptr<const ServedSet> SetShelf::find(const std::string& name, const Person* who) const {
   const std::lock_guard lock(mutex_);
   const Slot* const found = slot(name);
-  return found == nullptr ? nullptr : found->current;
+  return found == nullptr || !sees(who, *found) ? nullptr : found->current;
 }
 
-bool SetShelf::has(const std::string& name) const {
+bool SetShelf::has(const std::string& name, const Person* who) const {
   const std::lock_guard lock(mutex_);
-  return slot(name) != nullptr;
+  const Slot* const found = slot(name);
+  return found != nullptr && sees(who, *found);
 }
 
 std::shared_ptr<const TileSet> SetShelf::revision(const std::string& name, const std::string& revision) const {

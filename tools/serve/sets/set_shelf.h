@@ -8,6 +8,7 @@
 #pragma once
 
 #include "index/file/tile_source.h"
+#include "tools/serve/people/person.h"
 #include "tools/serve/sets/served_set.h"
 
 #include <chrono>
@@ -26,7 +27,9 @@ struct ShelfEntry {
   RemoteOptions remote{};
   std::uint64_t budget_bytes = 0;  // 0: an equal part of what the others leave
   std::size_t open_files = 0;      // of a set in a folder, at least 3, that stay open; 0: half of the process's limit
+  std::vector<std::string> readers = {};  // names or patterns of people; empty: everybody
 
+  // True if the set need not be opened again.
   bool operator==(const ShelfEntry& other) const {
     return name == other.name && path == other.path && remote.token == other.remote.token &&
            budget_bytes == other.budget_bytes;
@@ -49,17 +52,18 @@ class SetShelf {
     bool open = false;   // it has a revision that can be read
     bool ready = false;  // this revision is the newest one
   };
-  // In the order of the entries.
-  std::vector<State> states() const;
+  // In the order of the entries. Here and below, only the sets that `who` may know of; nullptr: all sets.
+  std::vector<State> states(const Person* who = nullptr) const;
   // Serves these sets from now on: opens new ones, and those whose entry has changed; forgets those that are left out.
   // A set that cannot be opened keeps what was served under its name. Requests in work keep their sets. Throws
   // UsageError if two have the same name; nothing changes then. One thread at a time, which is that of refresh().
   void replace(const std::vector<ShelfEntry>& entries);
 
   // The sets that are open, in the order of the entries.
-  std::vector<std::shared_ptr<const ServedSet>> all() const;
-  std::shared_ptr<const ServedSet> find(const std::string& name) const;  // nullptr: there is none, or it is not open
-  bool has(const std::string& name) const;                               // open or not
+  std::vector<std::shared_ptr<const ServedSet>> all(const Person* who = nullptr) const;
+  // nullptr: there is none, or it is not open.
+  std::shared_ptr<const ServedSet> find(const std::string& name, const Person* who = nullptr) const;
+  bool has(const std::string& name, const Person* who = nullptr) const;  // open or not
   // The revision of a set, also one of the last two before the current one; nullptr if the shelf has it not.
   std::shared_ptr<const TileSet> revision(const std::string& name, const std::string& revision) const;
 
@@ -86,6 +90,7 @@ class SetShelf {
   // Opens the slots that are not open; a failure becomes the slot's problem. Returns that of the first slot.
   std::exception_ptr openNew(std::vector<Slot>& slots) const;
   const Slot* slot(const std::string& name) const;
+  static bool sees(const Person* who, const Slot& slot);
 
   const std::uint64_t budget_bytes_;
   std::uint64_t part_bytes_ = 0;  // of a set without a budget of its own

@@ -1,6 +1,7 @@
 #include "tools/serve/http/client_address.h"
 
 #include "index/errors.h"
+#include "tools/serve/people/person.h"
 
 #include <gtest/gtest.h>
 
@@ -35,6 +36,14 @@ TEST(ClientAddress, ANetworkOfIPv6IsOneClient) {
   EXPECT_EQ(tools::shareOf("::ffff:192.0.2.7"), "192.0.2.7");
   EXPECT_EQ(tools::shareOf("2001:db8:1:2:3:4:5:6"), tools::shareOf("2001:db8:1:2::9"));
   EXPECT_NE(tools::shareOf("2001:db8:1:2::9"), tools::shareOf("2001:db8:1:3::9"));
+}
+
+TEST(ClientAddress, ANamedPersonHasAShareOfTheirOwn) {
+  const tools::Person ann{.name = "ann", .key = "token 1"}, anonymous{.name = "anonymous"}, only{.key = "token 2"};
+  EXPECT_EQ(tools::workShareOf("192.0.2.7", &ann), tools::workShareOf("192.0.2.8", &ann));
+  EXPECT_NE(tools::workShareOf("192.0.2.7", &ann), tools::workShareOf("192.0.2.7", nullptr));
+  for (const tools::Person* const nobody : {&anonymous, &only})
+    EXPECT_EQ(tools::workShareOf("192.0.2.7", nobody), tools::shareOf("192.0.2.7"));
 }
 
 }  // namespace

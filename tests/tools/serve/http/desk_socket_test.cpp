@@ -180,7 +180,7 @@ TEST_F(DeskSockets, TheLinkComesBackAfterALostServer) {
   server_->wait();
   EXPECT_TRUE(showUntil(link, deskAt(4), [&] { return hasNote("trying again"); })) << notes_;
   const test::StartedProcess again(
-      {test::filiformProgram().string(), "serve", set_, "--listen", "127.0.0.1:" + std::to_string(port)},
+      {test::filiformProgram().string(), "serve", set_, "--no-token", "--listen", "127.0.0.1:" + std::to_string(port)},
       folder_ / "err");
   EXPECT_TRUE(showUntil(link, deskAt(5), [&] { return hasNote("shown again at"); })) << notes_;
   ServiceSocket page(port, {.target = path("/page")});

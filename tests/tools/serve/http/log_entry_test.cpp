@@ -19,6 +19,10 @@ TEST(LogEntry, LinesHoldNoTokenAndNoControls) {
   longer.id = "a1\n";
   EXPECT_TRUE(logLine(longer, LogFormat::text).ends_with(" ms a1\\n"));
   EXPECT_EQ(nlohmann::json::parse(logLine(longer, LogFormat::json)).at("id"), "a1\\n");
+  EXPECT_FALSE(nlohmann::json::parse(logLine(longer, LogFormat::json)).contains("user"));
+  longer.user = "ann\n@lab.example";
+  EXPECT_TRUE(logLine(longer, LogFormat::text).ends_with(" ms a1\\n user=ann\\n@lab.example"));
+  EXPECT_EQ(nlohmann::json::parse(logLine(longer, LogFormat::json)).at("user"), "ann\\n@lab.example");
   longer.target = "/" + std::string(8000, 'x');
   EXPECT_LT(logLine(longer, LogFormat::text).size(), 700u);
 }

@@ -138,9 +138,26 @@ TEST_F(Server, OnlyTheTokenOpens) {
   EXPECT_EQ(test::readBytes(folder_ / "err").find("0123456789abcdef"), std::string::npos) << "a token in the log";
 }
 
+TEST_F(Server, MakesATokenByItself) {
+  const test::StartedProcess server({test::filiformProgram().string(), "serve", set_, "--listen", "127.0.0.1:0"},
+                                    folder_ / "err");
+  const std::string &link = server.line(), root = "/?token=";
+  const std::size_t at = link.find(root);
+  ASSERT_NE(at, std::string::npos) << link;
+  const std::string token = link.substr(at + root.size());
+  const auto port = static_cast<std::uint16_t>(std::stoi(link.substr(link.rfind(':', at) + 1)));
+  EXPECT_EQ(token.size(), 32u);
+  EXPECT_EQ(fetch(port, "/v1/sets").status, 401u);
+  EXPECT_EQ(fetch(port, "/v1/sets", {{"Authorization", "Bearer " + token}}).status, 200u);
+  EXPECT_EQ(fetch(port, link.substr(at)).status, 303u);
+  const std::string told = test::readBytes(folder_ / "err");
+  EXPECT_NE(told.find("--no-token"), std::string::npos) << told;
+  EXPECT_EQ(told.find(token), std::string::npos) << "the token in the log";
+}
+
 TEST_F(Server, OtherAddressesNeedAToken) {
   for (const char* address : {"0.0.0.0:0", "[::]:0"}) {
-    const test::Outcome refused = runFiliform({"serve", set_, "--listen", address});
+    const test::Outcome refused = runFiliform({"serve", set_, "--no-token", "--listen", address});
     EXPECT_EQ(refused.exit_code, 2);
     EXPECT_EQ(refused.out, "");
     EXPECT_TRUE(refused.oneLineOnStderr()) << refused.err;
@@ -371,7 +388,7 @@ TEST_F(Server, AFullDiskForTheLogHarmsNobody) {
           "); for i in 1 2 3; do python3 -c \"import sys, urllib.request; "
           "print(urllib.request.urlopen('$U/healthz').read())\"; "
           "done; kill -TERM $P; wait $P",
-      {"serve", set_, "--listen", "127.0.0.1:0"});
+      {"serve", set_, "--no-token", "--listen", "127.0.0.1:0"});
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_EQ(outcome.out, "b'ok\\n'\nb'ok\\n'\nb'ok\\n'\n");
 }

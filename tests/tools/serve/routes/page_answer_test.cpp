@@ -69,12 +69,14 @@ TEST(PageAnswer, NamesOfSetsStayText) {
 }
 
 TEST(PageAnswer, HoldsTheCapabilityAndNeverTheToken) {
-  test::ServedSets sets({.token = kPageToken, .origins = {}, .hosts = {}});
+  test::ServedSets sets({.people = People::ofToken(kPageToken), .origins = {}, .hosts = {}});
   sets.service->neuroglancer = "https://ng.example/";
   const std::string html = sets.get("/", {{"authorization", "Bearer " + kPageToken}}).body;
   EXPECT_FALSE(holds(html, kPageToken));
-  EXPECT_TRUE(holds(html, "/precomputed/~" + sets.access.capability() + "/fork"));
-  EXPECT_TRUE(holds(html, "/catmaid/~" + sets.access.capability() + "/fork/1"));
+  EXPECT_TRUE(
+      holds(html, "/precomputed/~" + sets.access.capability(*People::ofToken(kPageToken).all().front()) + "/fork"));
+  EXPECT_TRUE(
+      holds(html, "/catmaid/~" + sets.access.capability(*People::ofToken(kPageToken).all().front()) + "/fork/1"));
   EXPECT_TRUE(holds(html, "-X DELETE"));
   const Answer redirect = sets.get("/?token=" + kPageToken);
   EXPECT_EQ(redirect.status, 303u);

@@ -102,7 +102,7 @@ TEST(PrecomputedAnswer, ARevisionIsReadOnce) {
 }
 
 TEST(Capability, OpensTheDoorsAloneAndCanBeRevoked) {
-  const test::ServedSets sets({.token = kDoorToken, .origins = {"https://ng.example"}, .hosts = {}});
+  const test::ServedSets sets({.people = People::ofToken(kDoorToken), .origins = {"https://ng.example"}, .hosts = {}});
   const std::map<std::string, std::string> bearer{{"authorization", "Bearer " + kDoorToken}};
   const Json json = Json::parse(sets.get("/v1/capability", bearer).body);
   const std::string door = json.at("precomputed"), catmaid = json.at("catmaid");

@@ -73,7 +73,7 @@ TEST(TravelAnswer, OnlyThePageIsIsolated) {
 }
 
 TEST(TravelAnswer, NeedsTheTokenButItsFilesDoNot) {
-  test::ServedSets sets({.token = "0123456789abcdef0123", .origins = {}, .hosts = {}});
+  test::ServedSets sets({.people = People::ofToken("0123456789abcdef0123"), .origins = {}, .hosts = {}});
   sets.service->web_folder = sets.folder.path();
   std::ofstream(sets.folder / "travel.js") << "1";
   EXPECT_EQ(sets.get("/travel/fork").status, 401u);

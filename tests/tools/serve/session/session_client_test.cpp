@@ -57,6 +57,18 @@ class SessionClients : public ::testing::Test {
   int models_ = 0;
 };
 
+TEST_F(SessionClients, KnowOnlyTheSetsOfTheirPerson) {
+  const auto ann = std::make_shared<const Person>(Person{.name = "ann", .key = "token", .sets = {"column"}});
+  SessionClient client(house_, "0.0.0", ann);
+  const nlohmann::json greeting = ask(client, "hello");
+  ASSERT_EQ(greeting["result"]["sets"].size(), 1u) << greeting;
+  EXPECT_EQ(greeting["result"]["sets"][0]["name"], "column");
+  std::string hidden = ask(client, "open", R"({"set":"fork","cell":"fork"})").dump();
+  hidden.replace(hidden.find("'fork'"), 6, "'gone'");
+  EXPECT_EQ(hidden, ask(client, "open", R"({"set":"gone","cell":"fork"})").dump());
+  EXPECT_EQ(codeOf(client, "open", R"({"set":"column"})"), 0);
+}
+
 TEST_F(SessionClients, TravelAndGetFrames) {
   SessionClient client(house_, "0.0.0");
   const auto hello = ask(client, "hello", R"({"protocol":"filiform.v1"})");

@@ -7,7 +7,8 @@
 #include "tools/serve/http/internal/desk_socket.h"
 #include "tools/serve/http/internal/session_socket.h"
 #include "tools/serve/http/internal/tcp_wire.h"
-#include "tools/serve/http/server.h"
+#include "tools/serve/http/server_options.h"
+#include "tools/serve/people/secret.h"
 #include "tools/serve/routes/routes.h"
 
 #include <atomic>

@@ -7,6 +7,7 @@
 #include "device/web_socket/handshake.h"
 #include "index/text.h"
 #include "tools/serve/http/internal/tcp_wire.h"
+#include "tools/serve/people/person.h"
 #include "tools/serve/session/silence.h"
 
 #include <chrono>
@@ -34,6 +35,7 @@ struct SocketOrigin {
   TcpWire wire;
   std::string key;  // Sec-WebSocket-Key
   std::string client_address, target;
+  PersonPointer person;  // who asked
 };
 
 class ServerSocket : public std::enable_shared_from_this<ServerSocket> {
@@ -46,6 +48,7 @@ class ServerSocket : public std::enable_shared_from_this<ServerSocket> {
       : client_address_(std::move(origin.client_address)),
         target_(std::move(origin.target)),
         key_(std::move(origin.key)),
+        person_(std::move(origin.person)),
         set_(set),
         wire_(std::move(origin.wire)),
         parser_(most_bytes, true) {
@@ -114,6 +117,7 @@ class ServerSocket : public std::enable_shared_from_this<ServerSocket> {
 
   const std::string& clientAddress() const { return client_address_; }
   const std::string& target() const { return target_; }
+  const PersonPointer& person() const { return person_; }
   std::uint64_t sentBytes() const { return sent_bytes_; }
   std::uint64_t receivedBytes() const { return received_bytes_; }
   double seconds() const { return std::chrono::duration<double>(Clock::now() - began_).count(); }
@@ -257,6 +261,7 @@ class ServerSocket : public std::enable_shared_from_this<ServerSocket> {
   }
 
   const std::string client_address_, target_, key_;
+  const PersonPointer person_;
   SocketSet& set_;
   TcpWire wire_;
   FrameParser parser_;

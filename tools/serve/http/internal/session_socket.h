@@ -32,7 +32,7 @@ class SessionSocket : public ServerSocket {
   SessionSocket(SocketOrigin origin, SessionHall& hall)
       : ServerSocket(std::move(origin), hall, session_limits::kFrameBytes),
         hall_(hall),
-        client_(std::make_shared<SessionClient>(*hall.house, hall.version)) {}
+        client_(std::make_shared<SessionClient>(*hall.house, hall.version, person())) {}
 
   void pump() override {
     ask();
@@ -82,7 +82,7 @@ class SessionSocket : public ServerSocket {
     answering_ = true;
     std::string text = std::move(asked_.front());
     asked_.pop_front();
-    hall_.line.add(shareOf(clientAddress()), [self = self(), text = std::move(text)] {
+    hall_.line.add(share(), [self = self(), text = std::move(text)] {
       std::string answer = self->client_->answer(text);
       post(self->hall_.io, [self, answer = std::move(answer)]() mutable {
         self->answering_ = false;
@@ -97,9 +97,10 @@ class SessionSocket : public ServerSocket {
   // The end of a recording may wait for the disk. No answer is made any more, because one worker makes the answers of
   // a socket at a time.
   void ended() override {
-    if (!answering_) hall_.line.add(shareOf(clientAddress()), [client = client_] { client->close(); });
+    if (!answering_) hall_.line.add(share(), [client = client_] { client->close(); });
   }
 
+  std::string share() const { return workShareOf(clientAddress(), person().get()); }
   std::shared_ptr<SessionSocket> self() { return std::static_pointer_cast<SessionSocket>(shared_from_this()); }
 
   SessionHall& hall_;
