@@ -25,7 +25,7 @@ std::string sha256Of(std::string_view first, std::string_view second) {
 
 }  // namespace
 
-std::string digestOf(std::string_view text) {
+std::string sha256Digits(std::string_view text) {
   internal::Sha256 digest;
   digest.add({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
   return digest.value();

@@ -9,6 +9,6 @@ namespace filiform {
 // 64 hexadecimal digits in lower case. Throws std::bad_alloc. O(length of both).
 std::string signatureOf(std::string_view text, std::string_view key);
 // The same without a key.
-std::string digestOf(std::string_view text);
+std::string sha256Digits(std::string_view text);
 
 }  // namespace filiform

@@ -15,5 +15,10 @@ TEST(Signature, IsThatOfTheStandard) {
             "60e431591ee0b67f0d8a26aacbf5b77f8e0bc6213728c5140546040f0ee37f54");
 }
 
+// FIPS 180-2, B.1.
+TEST(Signature, WithoutAKeyIsTheDigest) {
+  EXPECT_EQ(sha256Digits("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+}
+
 }  // namespace
 }  // namespace filiform

@@ -54,7 +54,7 @@ PersonEntry entryOf(const TomlFile& file, const toml::table& table, bool has_tok
       person.token = file.text(key, value);
       if (!isFitToken(person.token))
         file.refuse(value, "token must have 16 to 512 letters and digits, such as 'openssl rand -hex 32' prints");
-      entry.digest = digestOf(person.token);
+      entry.digest = sha256Digits(person.token);
     } else if (key == "sha256" && has_token) {
       entry.digest = lowerCase(file.text(key, value));
       if (entry.digest.size() != kDigestDigits ||
@@ -96,7 +96,7 @@ People People::nobody() {
 
 People People::ofToken(const std::string& token) {
   People people = nobody();
-  people.add({.token = token}, digestOf(token));
+  people.add({.token = token}, sha256Digits(token));
   return people;
 }
 
@@ -120,7 +120,7 @@ void People::setAnonymous(Person person) {
 }
 
 PersonPointer People::byToken(std::string_view token) const {
-  const auto found = by_digest_.find(digestOf(token));
+  const auto found = by_digest_.find(sha256Digits(token));
   return found == by_digest_.end() ? nullptr : found->second;
 }
 

@@ -91,7 +91,7 @@ void Access::makeDoors() {
     std::string capability = !rules_.link_key.empty() ? signatureOf("capability", key).substr(0, kTextDigits)
                              : known != doors_.end()  ? known->second.capability
                                                       : randomText();
-    capabilities_[digestOf(capability)] = person;
+    capabilities_[sha256Digits(capability)] = person;
     marks_[signatureOf("mark", key).substr(0, kMarkDigits)] = person;
     doors[person->key] = {person, std::move(capability)};
   }
@@ -135,7 +135,7 @@ void Access::setLinkKey(const std::string& key) {
 
 PersonPointer Access::byCapability(const std::string& capability) const {
   const std::lock_guard lock(mutex_);
-  const auto found = capabilities_.find(digestOf(capability));
+  const auto found = capabilities_.find(sha256Digits(capability));
   return found == capabilities_.end() ? nullptr : found->second;
 }
 

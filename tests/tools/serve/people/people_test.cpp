@@ -32,7 +32,7 @@ TEST(People, AreReadFromAFile) {
                                          "\"\nscopes = [\"read\", \"metrics\"]\nsets = [\"column\", \"pilot-*\"]\n"
                                          "requests-per-minute = 600\n"
                                          "[[token]]\nname = \"ben\"\nsha256 = \"" +
-                                         digestOf(kBen) +
+                                         sha256Digits(kBen) +
                                          "\"\n[[user]]\nname = \"*@lab.example\"\nsets = []\n"
                                          "[[user]]\nname = \"*\"\nscopes = [\"session\"]\n"
                                          "[anonymous]\nsets = [\"public\"]\n");
@@ -42,7 +42,7 @@ TEST(People, AreReadFromAFile) {
   ASSERT_TRUE(ann != nullptr && ben != nullptr);
   EXPECT_EQ(people.byToken(kAnn + "x"), nullptr);
   EXPECT_EQ(people.byToken(""), nullptr);
-  EXPECT_EQ(people.byToken(digestOf(kBen)), nullptr) << "the digest opens nothing";
+  EXPECT_EQ(people.byToken(sha256Digits(kBen)), nullptr) << "the digest opens nothing";
   EXPECT_EQ(ann->name, "ann");
   EXPECT_EQ(ann->requests_per_minute, 600u);
   EXPECT_TRUE(ann->may(Scope::read) && ann->may(Scope::metrics) && ann->may(Scope::open));
@@ -70,7 +70,7 @@ TEST(People, MistakesInTheFileNameTheirLine) {
       {"[[token]\n", "line 1", "--tokens"},
       {"[[token]]\n" + token, "line 1", "needs a name"},
       {"[[token]]\nname = \"ann\"\n", "line 1", "'ann'", "token or sha256"},
-      {"[[token]]\nname = \"ann\"\n" + token + "sha256 = \"" + digestOf(kBen) + "\"\n", "either"},
+      {"[[token]]\nname = \"ann\"\n" + token + "sha256 = \"" + sha256Digits(kBen) + "\"\n", "either"},
       {"[[token]]\nname = \"ann\"\ntoken = \"short\"\n", "line 3", "16 to 512"},
       {"[[token]]\nname = \"ann\"\nsha256 = \"" + kAnn + "\"\n", "line 3", "sha256sum"},
       {"[[token]]\nname = \"ann lee\"\n" + token, "line 2", "without blanks"},
@@ -104,10 +104,10 @@ class ServedPeople : public ::testing::Test {
   static AccessRules rules() {
     People people = People::nobody();
     people.add({.name = "ann", .entry = "ann", .scopes = {Scope::read, Scope::metrics}, .sets = {"col*"}},
-               digestOf(kAnn));
-    people.add({.name = "ben", .entry = "ben"}, digestOf(kBen));
+               sha256Digits(kAnn));
+    people.add({.name = "ben", .entry = "ben"}, sha256Digits(kBen));
     people.add({.name = "carl", .entry = "carl", .scopes = {Scope::metrics}, .requests_per_minute = 3},
-               digestOf(kCarl));
+               sha256Digits(kCarl));
     people.addUsers({.entry = "*@lab.example", .scopes = {Scope::read}, .sets = {"fork"}});
     return {.people = people, .origins = {}, .hosts = {}};
   }
@@ -231,7 +231,7 @@ TEST_F(ServedPeople, TheCatalogueNamesReaders) {
 
 TEST(People, SomeSetsMayBeForEverybody) {
   People people = People::nobody();
-  people.add({.name = "ben", .entry = "ben"}, digestOf(kBen));
+  people.add({.name = "ben", .entry = "ben"}, sha256Digits(kBen));
   people.setAnonymous({.scopes = {Scope::read}, .sets = {"fork"}});
   const test::ServedSets sets({.people = people, .origins = {}, .hosts = {}});
   EXPECT_EQ(sets.get("/v1/sets/fork").status, 200u);

@@ -132,12 +132,12 @@ TEST(Access, AnotherTokenEndsCookiesAndCapability) {
 
 TEST(Access, APersonKeepsTheirLinksWhenOthersChange) {
   People people = People::nobody();
-  people.add({.name = "ann"}, digestOf(kToken));
+  people.add({.name = "ann"}, sha256Digits(kToken));
   Access access({.people = people, .origins = {}, .hosts = {}});
   const Person& ann = *people.all().front();
   const std::string capability = access.capability(ann);
   EXPECT_EQ(capability.size(), 32u);
-  people.add({.name = "ben"}, digestOf(kToken + "x"));
+  people.add({.name = "ben"}, sha256Digits(kToken + "x"));
   access.setPeople(people);
   EXPECT_EQ(access.capability(ann), capability);
   EXPECT_NE(access.capability(*people.all().back()), capability);
@@ -165,7 +165,7 @@ TEST(Access, ServersWithOneLinkKeyShareTheirLinks) {
 // Without its token a server cannot sign with it: the key of the cluster does, or a key of this run.
 TEST(Access, DigestsOfTokensSuffice) {
   People people = People::nobody();
-  people.add({.name = "ann"}, digestOf(kToken));
+  people.add({.name = "ann"}, sha256Digits(kToken));
   Access one({.people = people, .origins = {}, .hosts = {}, .link_key = "a key of the cluster"});
   Access another({.people = people, .origins = {}, .hosts = {}, .link_key = "a key of the cluster"});
   Access alone({.people = people, .origins = {}, .hosts = {}});
