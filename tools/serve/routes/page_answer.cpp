@@ -130,7 +130,10 @@ std::string sectionOf(const ServedSet& served, const PageContext& page) {
 }  // namespace
 
 Answer tokenAnswer(const Call& call, const std::string& page) {
-  Answer answer{.status = 303, .headers = {{"Location", page}}};
+  std::string place = page;
+  for (const auto& [name, value] : call.request.parameters)
+    if (name != "token") place += (place.find('?') == std::string::npos ? '?' : '&') + name + '=' + urlPart(value);
+  Answer answer{.status = 303, .headers = {{"Location", place}}};
   const Person& person = *call.request.person;
   if (!person.key.empty()) answer.headers.emplace_back("Set-Cookie", call.service.access.cookie(call.request, person));
   return answer;

@@ -58,7 +58,7 @@ std::vector<std::uint32_t> cellsMeeting(const ServedSet& served, const std::stri
 std::optional<std::uint32_t> eachListedCell(const Call& call,
                                             const std::function<bool(std::uint32_t, const CellRecord&)>& use);
 
-// Answers a request with a token in its address: a cookie instead, and a redirect to `page`.
+// Answers a request with a token in its address: a cookie instead, and a redirect to `page` with the other parameters.
 Answer tokenAnswer(const Call& call, const std::string& page);
 
 // The answers. Each throws Refusal, UsageError for a wrong value, and what the set throws. Routes turns these into

@@ -81,6 +81,8 @@ TEST(TravelAnswer, NeedsTheTokenButItsFilesDoNot) {
   const Answer redirect = sets.get("/travel/fork?token=0123456789abcdef0123");
   EXPECT_EQ(redirect.status, 303u);
   EXPECT_EQ(redirect.header("Location"), "/travel/fork");
+  EXPECT_EQ(sets.get("/travel/fork?desk=an%26na&token=0123456789abcdef0123&budget=64").header("Location"),
+            "/travel/fork?budget=64&desk=an%26na");
   EXPECT_TRUE(contains(redirect.header("Set-Cookie"), "HttpOnly; SameSite=Strict"));
   EXPECT_EQ(sets.get("/travel/fork?token=0123456789abcdef0124").status, 401u);
 }
