@@ -10,6 +10,7 @@
 #include "index/file/tile_source.h"
 #include "tools/serve/sets/served_set.h"
 
+#include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <exception>
@@ -46,8 +47,9 @@ class SetShelf {
   // What the service says about one set.
   struct State {
     std::string name;
-    bool open = false;   // it has a revision that can be read
-    bool ready = false;  // this revision is the newest one
+    bool open = false;           // it has a revision that can be read
+    bool ready = false;          // this revision is the newest one
+    std::uint64_t requests = 0;  // that found it so far
   };
   // In the order of the entries.
   std::vector<State> states() const;
@@ -58,8 +60,10 @@ class SetShelf {
 
   // The sets that are open, in the order of the entries.
   std::vector<std::shared_ptr<const ServedSet>> all() const;
-  std::shared_ptr<const ServedSet> find(const std::string& name) const;  // nullptr: there is none, or it is not open
-  bool has(const std::string& name) const;                               // open or not
+  // For one request. nullptr: there is none, or it is not open.
+  std::shared_ptr<const ServedSet> find(const std::string& name) const;
+  bool isCurrent(const ServedSet& served) const;  // find() of its name gives it
+  bool has(const std::string& name) const;        // open or not
   // The revision of a set, also one of the last two before the current one; nullptr if the shelf has it not.
   std::shared_ptr<const TileSet> revision(const std::string& name, const std::string& revision) const;
 
@@ -79,6 +83,8 @@ class SetShelf {
     std::chrono::steady_clock::time_point next_look{};    // of a set at an address, or not open
     std::string problem{};                                // of its last look
     bool is_stale = false;                                // `current` is that of an earlier entry
+    // Of find(); also of the slot that replaces this one.
+    std::shared_ptr<std::atomic<std::uint64_t>> requests = std::make_shared<std::atomic<std::uint64_t>>(0);
   };
   static constexpr std::size_t kOlder = 2;
 
