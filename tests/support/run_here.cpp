@@ -40,6 +40,7 @@ std::vector<std::vector<std::string>> goodCommands() {
           {"compact", "set.fil"},
           {"push", "nowhere.fil", "s3://bucket/name.fil"},
           {"pull", "nowhere", "-o", "new.fil"},
+          {"tidy", "nowhere", "--yes"},
           {"info", "set.fil"},
           {"cells", "set.fil"},
           {"measure", "set.fil"},

@@ -33,7 +33,8 @@ void addPush(CLI::App& app, Chosen& chosen) {
           "push", {}, [&](const CopyOptions& options) { return pushSet(a->set, a->address, options); });
       printCopy(a->address, "sent", result, a->json);
       if (!a->json && !result.before.empty() && result.before != result.revision)
-        std::cout << "  before: " << result.before << "; its files stay at the address\n";
+        std::cout << "  before: " << result.before
+                  << "; its files stay at the address, until filiform tidy removes them\n";
       return 0;
     };
   });

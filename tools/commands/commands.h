@@ -22,6 +22,7 @@ void addAttributes(CLI::App& app, Chosen& chosen);
 void addCompact(CLI::App& app, Chosen& chosen);
 void addPush(CLI::App& app, Chosen& chosen);
 void addPull(CLI::App& app, Chosen& chosen);
+void addTidy(CLI::App& app, Chosen& chosen);
 void addInfo(CLI::App& app, Chosen& chosen);
 void addCells(CLI::App& app, Chosen& chosen);
 void addMeasure(CLI::App& app, Chosen& chosen);

@@ -2,68 +2,18 @@
 
 #include "index/remote/internal/http_errors.h"
 #include "index/remote/internal/s3_answer.h"
+#include "index/remote/internal/s3_listing.h"
 #include "index/text.h"
 #include "index/workers.h"
 
 #include <algorithm>
 #include <atomic>
-#include <charconv>
 #include <string_view>
 
 namespace filiform::internal {
 namespace {
 
-constexpr std::uint64_t kMostListing = 4 << 20;
-constexpr int kMostPages = 100;  // of a listing
-
-// As signatures require it in a query.
-std::string queryText(std::string_view text) {
-  constexpr std::string_view kPlain = "-._~", kHex = "0123456789ABCDEF";
-  std::string encoded;
-  for (const char c : text) {
-    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
-                       kPlain.find(c) != std::string_view::npos;
-    if (plain) {
-      encoded += c;
-      continue;
-    }
-    const auto byte = static_cast<unsigned char>(c);
-    encoded += '%';
-    encoded += kHex[byte >> 4];
-    encoded += kHex[byte & 15];
-  }
-  return encoded;
-}
-
-// Calls use(content) for each element `<name>`.
-template <typename Use>
-void forEachElement(std::string_view xml, const std::string& name, Use use) {
-  const std::string open = "<" + name + ">", close = "</" + name + ">";
-  for (std::size_t at = xml.find(open); at != std::string_view::npos; at = xml.find(open, at)) {
-    const std::size_t from = at + open.size(), end = xml.find(close, from);
-    if (end == std::string_view::npos) return;
-    use(xml.substr(from, end - from));
-    at = end;
-  }
-}
-
-std::uint64_t numberOrZero(const std::string& text) {
-  std::uint64_t number = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  return error == std::errc() && end == text.data() + text.size() ? number : 0;
-}
-
-// Some stores write quotation marks as entities.
-std::string unquoted(std::string tag) {
-  std::string plain;
-  for (std::size_t i = 0; i < tag.size(); ++i) {
-    if (tag.compare(i, 6, "&quot;") == 0)
-      i += 5;
-    else if (tag[i] != '"')
-      plain += tag[i];
-  }
-  return plain;
-}
+constexpr int kMostPartPages = 100;
 
 }  // namespace
 
@@ -72,24 +22,18 @@ std::uint64_t S3Upload::partBytes(std::uint64_t file_bytes) {
 }
 
 S3Upload::Begun S3Upload::resume(const std::string& name, std::uint64_t bytes) {
-  const std::string url = address_.files + name, key = url.substr(address_.bucket.size() + 1);
+  const std::string url = address_.files + name;
   const std::uint64_t part = partBytes(bytes);
-  const auto list = [&](const std::string& query) {
-    const Bytes text = client_.readWhole(query, kMostListing);
-    return std::string(text.begin(), text.end());
-  };
   Begun upload;
   try {
-    forEachElement(list(address_.bucket + "?prefix=" + queryText(key) + "&uploads="), "Upload",
-                   [&](std::string_view one) {
-                     if (xmlText(one, "Key") == key) upload.id = xmlText(one, "UploadId");
-                   });
+    for (const S3Object& begun : listUploads(client_, address_, name))
+      if (begun.name == name) upload.id = begun.upload;
     if (upload.id.empty()) return {};
     upload.tags.resize((bytes + part - 1) / part);
     std::string marker = "0";
-    for (int page = 0; page < kMostPages && !marker.empty(); ++page) {
+    for (int page = 0; page < kMostPartPages && !marker.empty(); ++page) {
       const std::string listed =
-          list(url + "?max-parts=1000&part-number-marker=" + marker + "&uploadId=" + queryText(upload.id));
+          readList(client_, url + "?max-parts=1000&part-number-marker=" + marker + "&uploadId=" + queryText(upload.id));
       forEachElement(listed, "Part", [&](std::string_view one) {
         const std::uint64_t number = numberOrZero(xmlText(one, "PartNumber"));
         if (number < 1 || number > upload.tags.size()) return;

@@ -80,7 +80,7 @@ def s3(name):
 
 @contextlib.contextmanager
 def nginx(folder, servers=()):
-    """tools/serve/nginx-cluster.conf with the addresses of this test: those of the store and of the servers, and the log
+    """tools/serve/operate/nginx-cluster.conf with the addresses of this test: those of the store and of the servers, and the log
     of requests to the store."""
     require("nginx", "openssl")
     home = folder / "nginx"
@@ -90,7 +90,7 @@ def nginx(folder, servers=()):
         "/CN=localhost", "-addext", "subjectAltName=IP:127.0.0.1", "-keyout", home / "key.pem", "-out",
         home / "certificate.pem")
     first, second = free_port(), free_port()
-    text = (ROOT / "tools/serve/nginx-cluster.conf").read_text()
+    text = (ROOT / "tools/serve/operate/nginx-cluster.conf").read_text()
     for was, now in (("listen 8080", f"listen 127.0.0.1:{first}"), ("listen 443", f"listen 127.0.0.1:{second}"),
                      ("127.0.0.1:7480", store.endpoint.split("//")[1]), ("/etc/ssl/filiform/", f"{home}/"),
                      ("/var/cache/nginx/store", f"{home}/cache"), ("/var/log/nginx/", f"{home}/"),

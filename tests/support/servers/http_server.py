@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """A small HTTP server for tests: serves the files below a folder, with faults on demand.
 
-  http_server.py ROOT [--prefix PATH] [--host ADDRESS] [--token TOKEN] [--certificate FILE]
+  http_server.py ROOT [--prefix PATH] [--host ADDRESS] [--token TOKEN] [--certificate FILE] [--store SECRET]
 
 It prints `port N`. Then each line on standard input is a JSON object, answered by one line of JSON:
   {"do": "fault", "path": SUBSTRING, "times": N, "kind": KIND, ...}  faults for the next N matching requests
@@ -33,6 +33,9 @@ import threading
 import time
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
+sys.dont_write_bytecode = True
+import object_store
+
 lock = threading.Lock()
 faults, log = [], []
 delay_s = 0.0
@@ -59,6 +62,12 @@ class Handler(BaseHTTPRequestHandler):
 
     def do_HEAD(self):
         self.answer(False)
+
+    def do_PUT(self):
+        self.answer(True)
+
+    def do_DELETE(self):
+        self.answer(True)
 
     def plain(self, status, headers=()):
         body = b"" if status == 304 else b"status %d\n" % status
@@ -107,6 +116,14 @@ class Handler(BaseHTTPRequestHandler):
             for _ in range(0, fault["bytes"], 1 << 16):
                 self.wfile.write(bytes(1 << 16))
             return None
+        if arguments.store:
+            code = object_store.refused(self, arguments.store)
+            if code:
+                return object_store.send(self, 403, f"<Error><Code>{code}</Code></Error>")
+            if self.command in ("PUT", "DELETE") or "?" in self.path:
+                return object_store.answer(self, arguments.root)
+        elif self.command not in ("GET", "HEAD"):
+            return self.plain(501)
         if not self.path.startswith(arguments.prefix):
             return self.plain(404)
         path = os.path.join(arguments.root, self.path[len(arguments.prefix):].lstrip("/"))
@@ -180,6 +197,7 @@ parser.add_argument("root")
 parser.add_argument("--prefix", default="")
 parser.add_argument("--host", default="127.0.0.1")
 parser.add_argument("--token", default="")
+parser.add_argument("--store", default="", help="be an object store (object_store.py) whose secret key is this")
 parser.add_argument("--certificate", default="", help="PEM with its key: speak TLS")
 arguments = parser.parse_args()
 server = Server((arguments.host, 0), Handler)

@@ -1,7 +1,7 @@
 // What `push` and `pull` share: options, progress, report. Thread rule: as cli.h.
 #pragma once
 
-#include "index/set/set_copy.h"
+#include "index/stores/set_copy.h"
 
 #include <functional>
 #include <string>

@@ -129,7 +129,7 @@ std::vector<std::shared_ptr<SharedScene>> SessionHouse::takeIdleScenes() {
   for (Scene& scene : scenes_)
     if (scene.scene.use_count() > 1) scene.used = now;
   std::erase_if(scenes_, [&](Scene& scene) {
-    const bool old = shelf_.find(scene.scene->served().name()).get() != &scene.scene->served();
+    const bool old = !shelf_.isCurrent(scene.scene->served());
     const bool goes = scene.scene.use_count() == 1 && (old || now - scene.used > kIdleScene);
     if (goes) idle.push_back(std::move(scene.scene));
     return goes;

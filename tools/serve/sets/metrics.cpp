@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <sys/resource.h>
 #include <system_error>
 #include <unistd.h>
@@ -39,8 +40,52 @@ std::string labelValue(const std::string& value) {
   return quoted += '"';
 }
 
-// What Prometheus' own libraries tell of a process.
-void addProcess(std::string& text) {
+// What is told by set.
+void addSets(std::string& text, const SetShelf& shelf, const Person& who) {
+  const auto each = [&text](const char* name, const char* type, const char* help, const auto& items, auto value) {
+    describeMetric(text, name, type, help);
+    for (const auto& item : items)
+      if (const auto [set, told] = value(item); !told.empty()) addMetric(text, name, "set=" + labelValue(set), told);
+  };
+  using State = SetShelf::State;
+  const std::vector<State> states = shelf.states(&who);
+  const auto ofState = [&](const char* name, const char* type, const char* help, auto member) {
+    each(name, type, help, states, [&](const State& state) {
+      return std::pair(state.name, std::to_string(static_cast<std::uint64_t>(state.*member)));
+    });
+  };
+  ofState("filiform_set_open", "gauge", "1: the set is served, 0: it cannot be read.", &State::open);
+  ofState("filiform_set_ready", "gauge", "1: the set is served in its newest revision.", &State::ready);
+  ofState("filiform_set_requests_total", "counter", "Requests and sessions that named the set.", &State::requests);
+  const auto served = shelf.all(&who);
+  const auto ofSet = [&](const char* name, const char* type, const char* help, auto value) {
+    each(name, type, help, served,
+         [&](const auto& one) { return std::pair(one->name(), std::to_string(value(*one))); });
+  };
+  ofSet("filiform_tile_bytes", "gauge", "Bytes of the tiles in memory.",
+        [](const ServedSet& one) { return one.nearest().bytes(); });
+  ofSet("filiform_damaged_tiles_total", "counter", "Reads of tiles that were damaged, of this revision.",
+        [](const ServedSet& one) { return one.store().damagedReads(); });
+  const auto ofStore = [&](const char* name, const char* type, const char* help, auto value) {
+    each(name, type, help, served, [&](const auto& one) {
+      const std::optional<RemoteCounters> asked = one->set().remoteCounters();
+      return std::pair(one->name(), asked ? formatNumber(static_cast<double>(value(*asked))) : std::string());
+    });
+  };
+  using Asked = const RemoteCounters&;
+  ofStore("filiform_store_requests_total", "counter", "Requests to the store of a set at an address, of this revision.",
+          [](Asked asked) { return asked.requests; });
+  ofStore("filiform_store_retries_total", "counter", "Those of them that were sent again.",
+          [](Asked asked) { return asked.retries; });
+  ofStore("filiform_store_bytes_total", "counter", "Bytes from the store.", [](Asked asked) { return asked.bytes; });
+  ofStore("filiform_store_silent_seconds", "gauge", "The store has not answered for this time, though reads wait.",
+          [](Asked asked) { return asked.silent_s; });
+  ofStore("filiform_cache_hits_total", "counter", "Reads of the store that the cache on disk answered.",
+          [](Asked asked) { return asked.cache_hits; });
+}
+
+// What Prometheus' own libraries tell of a process that began at this time.
+void addProcess(std::string& text, std::time_t began) {
   const auto one = [&text](const char* name, const char* type, const char* help, const std::string& value) {
     describeMetric(text, name, type, help);
     addMetric(text, name, "", value);
@@ -65,6 +110,7 @@ void addProcess(std::string& text) {
   struct rlimit limit {};
   ::getrlimit(RLIMIT_NOFILE, &limit);
   one("process_max_fds", "gauge", "Most open files.", std::to_string(limit.rlim_cur));
+  one("process_start_time_seconds", "gauge", "Start, since 1970.", std::to_string(began));
 }
 
 }  // namespace
@@ -74,9 +120,10 @@ void Metrics::count(const std::string& route, unsigned status, double seconds, s
   const std::lock_guard lock(mutex_);
   ++requests_[{route, status}];
   if (!entry.empty()) ++people_[people_.size() < kMostEntries || people_.contains(entry) ? entry : "other"];
-  ++durations_[static_cast<std::size_t>(std::lower_bound(kBounds_s.begin(), kBounds_s.end(), seconds) -
-                                        kBounds_s.begin())];
-  seconds_ += seconds;
+  Durations& durations = durations_[route];
+  ++durations.counts[static_cast<std::size_t>(std::lower_bound(kBounds_s.begin(), kBounds_s.end(), seconds) -
+                                              kBounds_s.begin())];
+  durations.seconds += seconds;
   bytes_in_ += bytes_in;
   bytes_out_ += bytes_out;
 }
@@ -91,16 +138,19 @@ std::string Metrics::text(const SetShelf& shelf, const std::string& version, con
                 "route=" + labelValue(key.first) + ",status=\"" + std::to_string(key.second) + '"',
                 std::to_string(count));
     describeMetric(text, "filiform_request_seconds", "histogram",
-                   "Time from the end of the header to the end of the answer.");
-    std::uint64_t below = 0;
-    for (std::size_t i = 0; i < durations_.size(); ++i) {
-      below += durations_[i];
-      addMetric(text, "filiform_request_seconds_bucket",
-                "le=\"" + (i < kBounds_s.size() ? formatNumber(kBounds_s[i]) : std::string("+Inf")) + '"',
-                std::to_string(below));
+                   "Time from the end of the header to the end of the answer, by route.");
+    for (const auto& [name, durations] : durations_) {
+      const std::string route = "route=" + labelValue(name);
+      std::uint64_t below = 0;
+      for (std::size_t i = 0; i < durations.counts.size(); ++i) {
+        below += durations.counts[i];
+        addMetric(text, "filiform_request_seconds_bucket",
+                  route + ",le=\"" + (i < kBounds_s.size() ? formatNumber(kBounds_s[i]) : std::string("+Inf")) + '"',
+                  std::to_string(below));
+      }
+      addMetric(text, "filiform_request_seconds_sum", route, formatNumber(durations.seconds));
+      addMetric(text, "filiform_request_seconds_count", route, std::to_string(below));
     }
-    addMetric(text, "filiform_request_seconds_sum", "", formatNumber(seconds_));
-    addMetric(text, "filiform_request_seconds_count", "", std::to_string(below));
     describeMetric(text, "filiform_received_bytes_total", "counter", "Bytes of request bodies.");
     addMetric(text, "filiform_received_bytes_total", "", std::to_string(bytes_in_));
     describeMetric(text, "filiform_sent_bytes_total", "counter", "Bytes of answers, without headers.");
@@ -131,22 +181,12 @@ std::string Metrics::text(const SetShelf& shelf, const std::string& version, con
   one("filiform_session_late_ticks_total", "counter",
       "Ticks of sessions that ended more than 1 ms after they were due, or were left out.", session_late_ticks);
   one("filiform_session_tile_bytes", "gauge", "Bytes of the tiles of all sessions in memory.", session_tile_bytes);
-  describeMetric(text, "filiform_tile_bytes", "gauge", "Bytes of the tiles in memory, by set.");
-  for (const auto& served : shelf.all(&who))
-    addMetric(text, "filiform_tile_bytes", "set=" + labelValue(served->name()),
-              std::to_string(served->nearest().bytes()));
-  describeMetric(text, "filiform_set_open", "gauge", "1: the set is served, 0: it cannot be read.");
-  const std::vector<SetShelf::State> states = shelf.states(&who);
-  for (const SetShelf::State& state : states)
-    addMetric(text, "filiform_set_open", "set=" + labelValue(state.name), state.open ? "1" : "0");
-  describeMetric(text, "filiform_set_ready", "gauge", "1: the set is served in its newest revision.");
-  for (const SetShelf::State& state : states)
-    addMetric(text, "filiform_set_ready", "set=" + labelValue(state.name), state.ready ? "1" : "0");
+  addSets(text, shelf, who);
   describeMetric(text, "filiform_stale_sets", "gauge", "Sets whose newest revision cannot be read.");
   addMetric(text, "filiform_stale_sets", "", std::to_string(shelf.problems().size()));
   describeMetric(text, "filiform_build_info", "gauge", "1; the label is the program's version.");
   addMetric(text, "filiform_build_info", "version=" + labelValue(version), "1");
-  addProcess(text);
+  addProcess(text, began_);
   return text;
 }
 

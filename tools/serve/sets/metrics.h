@@ -4,6 +4,7 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <ctime>
 #include <map>
 #include <mutex>
 #include <string>
@@ -41,11 +42,15 @@ class Metrics {
  private:
   static constexpr std::array<double, 9> kBounds_s{0.0001, 0.0003, 0.001, 0.003, 0.01, 0.03, 0.1, 1, 5};
   mutable std::mutex mutex_;
+  struct Durations {
+    std::array<std::uint64_t, kBounds_s.size() + 1> counts{};  // by first bound that is not smaller
+    double seconds = 0;                                        // of all
+  };
   static constexpr std::size_t kMostEntries = 1000;                     // the others count as "other"
   std::map<std::pair<std::string, unsigned>, std::uint64_t> requests_;  // by route and status
   std::map<std::string, std::uint64_t> people_;                         // requests, by entry
-  std::array<std::uint64_t, kBounds_s.size() + 1> durations_{};         // by first bound that is not smaller
-  double seconds_ = 0;
+  std::map<std::string, Durations> durations_;                          // by route
+  const std::time_t began_ = std::time(nullptr);
   std::uint64_t bytes_in_ = 0, bytes_out_ = 0;
 };
 

@@ -132,12 +132,16 @@ void SetShelf::replace(const std::vector<ShelfEntry>& entries) {
     slots.back().entry.readers = entry.readers;
   }
   openNew(slots);
-  for (Slot& fresh : slots)
-    if (const Slot* const known = slot(fresh.entry.name); fresh.current == nullptr && known != nullptr) {
+  for (Slot& fresh : slots) {
+    const Slot* const known = slot(fresh.entry.name);
+    if (known == nullptr) continue;
+    fresh.requests = known->requests;
+    if (fresh.current == nullptr) {
       fresh.current = known->current;
       fresh.older = known->older;
       fresh.is_stale = fresh.current != nullptr;
     }
+  }
   {
     const std::lock_guard lock(mutex_);
     slots_.swap(slots);
@@ -150,7 +154,8 @@ std::vector<SetShelf::State> SetShelf::states(const Person* who) const {
   std::vector<State> states;
   for (const Slot& slot : slots_) {
     if (!sees(who, slot)) continue;
-    states.push_back({slot.entry.name, slot.current != nullptr, slot.current != nullptr && slot.problem.empty()});
+    states.push_back(
+        {slot.entry.name, slot.current != nullptr, slot.current != nullptr && slot.problem.empty(), *slot.requests});
   }
   return states;
 }
@@ -176,7 +181,15 @@ const SetShelf::Slot* SetShelf::slot(const std::string& name) const {
 std::shared_ptr<const ServedSet> SetShelf::find(const std::string& name, const Person* who) const {
   const std::lock_guard lock(mutex_);
   const Slot* const found = slot(name);
-  return found == nullptr || !sees(who, *found) ? nullptr : found->current;
+  if (found == nullptr || !sees(who, *found)) return nullptr;
+  ++*found->requests;
+  return found->current;
+}
+
+bool SetShelf::isCurrent(const ServedSet& served) const {
+  const std::lock_guard lock(mutex_);
+  const Slot* const found = slot(served.name());
+  return found != nullptr && found->current.get() == &served;
 }
 
 bool SetShelf::has(const std::string& name, const Person* who) const {

@@ -11,6 +11,7 @@
 #include "tools/serve/people/person.h"
 #include "tools/serve/sets/served_set.h"
 
+#include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <exception>
@@ -49,8 +50,9 @@ class SetShelf {
   // What the service says about one set.
   struct State {
     std::string name;
-    bool open = false;   // it has a revision that can be read
-    bool ready = false;  // this revision is the newest one
+    bool open = false;           // it has a revision that can be read
+    bool ready = false;          // this revision is the newest one
+    std::uint64_t requests = 0;  // that found it so far
   };
   // In the order of the entries. Here and below, only the sets that `who` may know of; nullptr: all sets.
   std::vector<State> states(const Person* who = nullptr) const;
@@ -61,8 +63,9 @@ class SetShelf {
 
   // The sets that are open, in the order of the entries.
   std::vector<std::shared_ptr<const ServedSet>> all(const Person* who = nullptr) const;
-  // nullptr: there is none, or it is not open.
+  // For one request. nullptr: there is none, or it is not open.
   std::shared_ptr<const ServedSet> find(const std::string& name, const Person* who = nullptr) const;
+  bool isCurrent(const ServedSet& served) const;                         // find() of its name gives it
   bool has(const std::string& name, const Person* who = nullptr) const;  // open or not
   // The revision of a set, also one of the last two before the current one; nullptr if the shelf has it not.
   std::shared_ptr<const TileSet> revision(const std::string& name, const std::string& revision) const;
@@ -83,6 +86,8 @@ class SetShelf {
     std::chrono::steady_clock::time_point next_look{};    // of a set at an address, or not open
     std::string problem{};                                // of its last look
     bool is_stale = false;                                // `current` is that of an earlier entry
+    // Of find(); also of the slot that replaces this one.
+    std::shared_ptr<std::atomic<std::uint64_t>> requests = std::make_shared<std::atomic<std::uint64_t>>(0);
   };
   static constexpr std::size_t kOlder = 2;
 

@@ -1,5 +1,6 @@
 #include "tools/serve/sets/timed_store.h"
 
+#include "index/errors.h"
 #include "tools/words/refusal.h"
 
 #include <chrono>
@@ -34,24 +35,31 @@ void TimedStore::check() {
   if (isOver()) throw AnswerTimeout();
 }
 
-std::shared_ptr<const Tile> TimedStore::load(TileId tile) const {
+template <typename Read>
+auto TimedStore::timed(Read read) const {
   check();
-  return store_.load(tile);
+  try {
+    return read();
+  } catch (const CorruptTile&) {
+    ++damaged_;
+    throw;
+  }
+}
+
+std::shared_ptr<const Tile> TimedStore::load(TileId tile) const {
+  return timed([&] { return store_.load(tile); });
 }
 
 TileAppearance TimedStore::loadAppearance(TileId tile) const {
-  check();
-  return store_.loadAppearance(tile);
+  return timed([&] { return store_.loadAppearance(tile); });
 }
 
 CellDetail TimedStore::loadCellDetail(std::uint32_t id) const {
-  check();
-  return store_.loadCellDetail(id);
+  return timed([&] { return store_.loadCellDetail(id); });
 }
 
 std::vector<TileId> TimedStore::cellTiles(std::uint32_t id) const {
-  check();
-  return store_.cellTiles(id);
+  return timed([&] { return store_.cellTiles(id); });
 }
 
 }  // namespace filiform::tools

@@ -4,12 +4,13 @@
 //   nearest.find(p_W, {.k = 1});    // Nearest over a TimedStore: throws AnswerTimeout instead of reading more tiles
 //
 // A search that reads many tiles then stops. Work on tiles in memory is not interrupted. Thread rule: internally
-// synchronised; a Limit belongs to its thread.
+// synchronised; a Limit belongs to its thread. Counts the damaged tiles that it met.
 #pragma once
 
 #include "index/set/forwarding_store.h"
 
 #include <atomic>
+#include <cstdint>
 
 namespace filiform::tools {
 
@@ -29,11 +30,18 @@ class TimedStore final : public ForwardingStore {
   // Throws AnswerTimeout if this thread has a limit and the time is over, or nobody waits for the answer.
   static void check();
   static bool isOver();  // true where check() throws
+  // Reads so far that ended with CorruptTile.
+  std::uint64_t damagedReads() const { return damaged_; }
 
   std::shared_ptr<const Tile> load(TileId tile) const override;
   TileAppearance loadAppearance(TileId tile) const override;
   CellDetail loadCellDetail(std::uint32_t id) const override;
   std::vector<TileId> cellTiles(std::uint32_t id) const override;
+
+ private:
+  template <typename Read>
+  auto timed(Read read) const;
+  mutable std::atomic<std::uint64_t> damaged_{0};
 };
 
 }  // namespace filiform::tools

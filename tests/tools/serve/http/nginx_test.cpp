@@ -1,4 +1,4 @@
-// tools/serve/nginx.conf with the real nginx in front of the server: TLS, tokens, the cache.
+// tools/serve/operate/nginx.conf with the real nginx in front of the server: TLS, tokens, the cache.
 #include "tests/support/folders.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/servers/free_port.h"
@@ -35,7 +35,7 @@ class Nginx : public test::ServedColumn {
                     "-keyout key.pem -out certificate.pem 2>/dev/null"),
               "");
     // Another port and folders of the test; the rest is the file as it is.
-    std::string text = test::readBytes(test::inSource("tools/serve/nginx.conf"));
+    std::string text = test::readBytes(test::inSource("tools/serve/operate/nginx.conf"));
     port_ = test::freePort();
     const auto replace = [&text](const std::string& from, const std::string& to) {
       text = std::regex_replace(text, std::regex(from), to);

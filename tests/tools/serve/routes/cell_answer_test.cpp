@@ -219,13 +219,17 @@ TEST(Metrics, CountRequestsByRouteAndStatus) {
   sets.metrics.count("/v1/sets", 200, 70, 0, 1);
   sets.metrics.count("a\"b\\", 404, 0, 0, 0);
   const std::string text = sets.get("/metrics").body;
-  for (const char* line :
-       {"filiform_requests_total{route=\"/v1/sets\",status=\"200\"} 2\n",
-        "filiform_requests_total{route=\"a\\\"b\\\\\",status=\"404\"} 1\n",
-        "filiform_request_seconds_bucket{le=\"0.003\"} 2\n", "filiform_request_seconds_bucket{le=\"5\"} 2\n",
-        "filiform_request_seconds_bucket{le=\"+Inf\"} 3\n", "filiform_sent_bytes_total 101\n",
-        "filiform_tile_bytes{set=\"column\"} "})
+  for (const char* line : {"filiform_requests_total{route=\"/v1/sets\",status=\"200\"} 2\n",
+                           "filiform_requests_total{route=\"a\\\"b\\\\\",status=\"404\"} 1\n",
+                           "filiform_request_seconds_bucket{route=\"/v1/sets\",le=\"0.003\"} 1\n",
+                           "filiform_request_seconds_bucket{route=\"/v1/sets\",le=\"5\"} 1\n",
+                           "filiform_request_seconds_bucket{route=\"/v1/sets\",le=\"+Inf\"} 2\n",
+                           "filiform_request_seconds_sum{route=\"/v1/sets\"} 70.002\n",
+                           "filiform_request_seconds_count{route=\"a\\\"b\\\\\"} 1\n",
+                           "filiform_sent_bytes_total 101\n", "filiform_tile_bytes{set=\"column\"} ",
+                           "filiform_damaged_tiles_total{set=\"fork\"} 0\n", "process_start_time_seconds 1"})
     EXPECT_NE(text.find(line), std::string::npos) << line << text;
+  EXPECT_EQ(text.find("filiform_store_requests_total{"), std::string::npos) << "no set is at an address";
 }
 
 }  // namespace

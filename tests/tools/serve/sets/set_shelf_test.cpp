@@ -66,6 +66,8 @@ TEST(SetShelf, ServesWhatCanBeReadAndSaysWhatCannot) {
   shelf.replace(entries);
   EXPECT_EQ(get("/v1/sets/late").status, 200u);
   EXPECT_FALSE(shelf.has("gone"));
+  EXPECT_NE(get("/metrics").body.find("filiform_set_requests_total{set=\"late\"} 2\n"), std::string::npos)
+      << "one before the set could be opened; " << get("/metrics").body;
   entries.push_back(entries.front());
   EXPECT_THROW(shelf.replace(entries), UsageError);
   EXPECT_EQ(shelf.states().size(), 2u) << "nothing changed";

@@ -28,9 +28,9 @@ struct CopyResult {
 };
 
 // Copies the set in a folder to `s3://BUCKET/PATH/NAME.fil`. Files of 16 MiB and more are sent in parts of 8 MiB, eight
-// at once. The parts of an interrupted copy that the store still has are used. Older revisions stay at the address.
-// Each file is checked before it is sent. Throws UsageError if `address` is not s3://, CorruptSet if the set is
-// damaged, IoError.
+// at once. The parts of an interrupted copy that the store still has are used. Older revisions stay at the address
+// until tidySet() removes them. Each file is checked before it is sent. Throws UsageError if `address` is not s3://,
+// CorruptSet if the set is damaged, InputError if tidySet() is removing the revision, IoError.
 CopyResult pushSet(const std::string& folder, const std::string& address, const CopyOptions& options = {});
 
 // Copies the set at an address to a folder, and checks each file. After a failure the finished files stay there for the

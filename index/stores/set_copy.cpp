@@ -1,4 +1,4 @@
-#include "index/set/set_copy.h"
+#include "index/stores/set_copy.h"
 
 #include "index/errors.h"
 #include "index/file/internal/bytes.h"
@@ -15,6 +15,7 @@
 #include "index/set/internal/revision.h"
 #include "index/set/internal/set_folder.h"
 #include "index/set/tile_set.h"
+#include "index/stores/internal/stored_set.h"
 #include "index/text.h"
 #include "index/workers.h"
 
@@ -23,6 +24,7 @@
 #include <cerrno>
 #include <fcntl.h>
 #include <filesystem>
+#include <set>
 #include <unistd.h>
 #include <vector>
 
@@ -57,20 +59,21 @@ void throwIfCancelled(const CopyOptions& options) {
     throw Interrupted("interrupted");
 }
 
-// The revision that CURRENT at the address names; empty: there is no CURRENT.
-std::string currentAt(internal::HttpClient& client, const internal::RemoteAddress& address) {
-  const std::string url = address.files + internal::kCurrentFile;
-  try {
-    const Bytes text = client.readWhole(url, internal::kMostCurrentBytes);
-    std::string name(text.begin(), text.end());
-    if (!name.empty() && name.back() == '\n') name.pop_back();
-    if (!internal::isRevisionName(name))
-      throw InputError(inShort(url) + ": is there and names no revision of a tile set; choose another address");
-    return name;
-  } catch (const internal::NotOnServer&) {
-    return {};
-  } catch (const internal::DeniedByServer&) {
-    return {};
+// Throws InputError if tidySet() is removing a revision that has some of the files.
+void refuseMarked(internal::HttpClient& client, const internal::RemoteAddress& address,
+                  const std::vector<CopiedFile>& files) {
+  std::set<std::string> revisions;
+  for (const CopiedFile& copied : files) revisions.insert(copied.path.substr(0, copied.path.find('/')));
+  for (const std::string& revision : revisions) {
+    try {
+      client.size(address.files + revision + "/" + internal::kRemovalMark);
+    } catch (const internal::NotOnServer&) {
+      continue;
+    } catch (const internal::DeniedByServer&) {
+      continue;
+    }
+    throw InputError(inShort(address.set) + ": `filiform tidy` is removing " + revision +
+                     ", or was interrupted; let it end, or run it again, and then push again");
   }
 }
 
@@ -134,10 +137,40 @@ CopyResult pushSet(const std::string& folder, const std::string& text, const Cop
   const internal::RemoteAddress address(text);
   const auto set = TileSet::open(openFolder(folder));
   internal::HttpClient client(address.origin, options.remote, address.account);
-  CopyResult result{.revision = set->revision(), .before = currentAt(client, address)};
-  const std::vector<CopiedFile> files = filesOf(set->revision(), set->files(), set->manifest());
+  CopyResult result{.revision = set->revision(), .before = internal::currentAt(client, address)};
+  std::vector<CopiedFile> files = filesOf(set->revision(), set->files(), set->manifest());
+  std::rotate(files.begin(), files.end() - 1, files.end());  // the manifest first
+  internal::S3Upload upload(client, address);
+  std::uint64_t done = 0;
+  const auto progress = [&](std::uint64_t more) {
+    if (options.progress) options.progress(done + more, result.bytes);
+  };
+  const auto send = [&](const CopiedFile& copied) {
+    const SetFile& file = copied.file;
+    const bool is_manifest = file.name == internal::kManifestFile;
+    if (!is_manifest) set->checkFile(file);
+    upload.send(
+        copied.path, file.bytes, internal::hex16(file.digest),
+        [&](std::uint64_t offset, std::span<std::uint8_t> bytes) {
+          if (is_manifest)
+            std::copy_n(set->manifest().begin() + static_cast<std::ptrdiff_t>(offset), bytes.size(), bytes.begin());
+          else
+            set->read(file.name, offset, bytes);
+        },
+        progress);
+    done += file.bytes;
+    ++result.copied;
+    result.copied_bytes += file.bytes;
+  };
+  for (const CopiedFile& copied : files) ++result.files, result.bytes += copied.file.bytes;
+  // The manifest is sent even if it is there: from then on the revision is too young for tidySet().
+  const bool is_new = result.before != result.revision;
+  throwIfCancelled(options);
+  if (is_new) send(files.front());
+  refuseMarked(client, address, files);
   std::vector<char> there(files.size(), 0);
-  std::atomic<std::size_t> next{0};
+  there[0] = is_new ? 1 : 0;
+  std::atomic<std::size_t> next{is_new ? 1U : 0U};
   runWorkers(std::min<std::size_t>(internal::S3Upload::kAtOnce, files.size()),
              [&](std::size_t, const std::atomic<bool>& failed) {
                for (std::size_t i = next++; i < files.size() && !failed; i = next++) {
@@ -150,37 +183,14 @@ CopyResult pushSet(const std::string& folder, const std::string& text, const Cop
                  }
                }
              });
-  std::uint64_t done = 0;
-  for (std::size_t i = 0; i < files.size(); ++i) {
-    ++result.files;
-    result.bytes += files[i].file.bytes;
+  for (std::size_t i = is_new ? 1 : 0; i < files.size(); ++i)
     if (there[i]) done += files[i].file.bytes;
-  }
-  const auto progress = [&](std::uint64_t more) {
-    if (options.progress) options.progress(done + more, result.bytes);
-  };
   progress(0);
-  internal::S3Upload upload(client, address);
   for (std::size_t i = 0; i < files.size(); ++i) {
-    if (there[i]) continue;
     throwIfCancelled(options);
-    const SetFile& file = files[i].file;
-    const bool is_manifest = file.name == internal::kManifestFile;
-    if (!is_manifest) set->checkFile(file);
-    upload.send(
-        files[i].path, file.bytes, internal::hex16(file.digest),
-        [&](std::uint64_t offset, std::span<std::uint8_t> bytes) {
-          if (is_manifest)
-            std::copy_n(set->manifest().begin() + static_cast<std::ptrdiff_t>(offset), bytes.size(), bytes.begin());
-          else
-            set->read(file.name, offset, bytes);
-        },
-        progress);
-    done += file.bytes;
-    ++result.copied;
-    result.copied_bytes += file.bytes;
+    if (!there[i]) send(files[i]);
   }
-  if (result.before != result.revision) {
+  if (is_new) {
     const std::string line = result.revision + "\n";
     client.send({.method = "PUT",
                  .url = address.files + internal::kCurrentFile,

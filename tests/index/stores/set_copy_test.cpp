@@ -1,5 +1,5 @@
 // Copies of sets from a real server. tests/groups/cluster/run pushes to a real object store.
-#include "index/set/set_copy.h"
+#include "index/stores/set_copy.h"
 
 #include "index/errors.h"
 #include "index/ingest/growth.h"
