@@ -45,7 +45,10 @@ const RouteParameter kName{
 const RouteParameter kWhere{
     "where", "string",
     "only cells that meet all conditions, such as layer>=4;mtype=L5_*;measure:tips>20, as cells --where does"};
-const RouteParameter kCursor{"cursor", "string", "continue a list: the cursor of its last answer"};
+const RouteParameter kCursor{"cursor", "string",
+                             "continue a list: the cursor of its last answer; start: from the beginning"};
+
+const RouteParameter kPart{"cursor", "string", "answer in parts: start, then the cursor of the last answer"};
 
 const RouteParameter kVersion{"v", "string", "the version that the page states; the browser then keeps the file"};
 
@@ -139,11 +142,12 @@ const std::vector<Route>& routeTable() {
       {"GET", "/v1/sets/{set}/nearest", "The segments nearest to a point", kJsonType,
        withFilters({{"at", "string", "X,Y,Z, um"}, kK, kEpsilon, kRadius, kOwn}), false, nearestAnswer},
       {"POST", "/v1/sets/{set}/nearest", "The segments nearest to each of many points", kJsonType,
-       withFilters({kK, kEpsilon, kRadius, kOwn}), false, nearestAnswer},
+       withFilters({kK, kEpsilon, kRadius, kOwn, kPart}), false, nearestAnswer},
       {"GET", "/v1/sets/{set}/box", "The segments that meet a box, nearest to its middle first", kJsonType,
        withFilters({{"lo", "string", "X,Y,Z, um: the lower corner"},
                     {"hi", "string", "X,Y,Z, um: the upper corner"},
-                    {"limit", "integer", "give at most this many rows, at most 1000000; default: 10000"}}),
+                    {"limit", "integer", "give at most this many rows, at most 1000000; default: 10000"},
+                    kPart}),
        false, boxAnswer},
       {"GET", "/v1/sets/{set}/ray", "The segments along a ray, the first along it first", kJsonType,
        withFilters({{"from", "string", "X,Y,Z, um"},

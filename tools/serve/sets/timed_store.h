@@ -29,6 +29,8 @@ class TimedStore final : public ForwardingStore {
   // Throws AnswerTimeout if this thread has a limit and the time is over, or nobody waits for the answer.
   static void check();
   static bool isOver();  // true where check() throws
+  // True when this share of the time is over; false without a limit.
+  static bool isOver(double share);
 
   std::shared_ptr<const Tile> load(TileId tile) const override;
   TileAppearance loadAppearance(TileId tile) const override;
