@@ -46,10 +46,9 @@ struct AskedBox {
     const auto holds = [&](TileId other) {
       return set.cache.get(other, tiles_read)->tile->findSegment(id).has_value();
     };
-    const TileId far = set.long_tile();
-    if (std::binary_search(tiles.begin(), tiles.end(), set.store.home(internal::SearchedSet::middleOf(tile, s))) ||
-        (far != kNoTile && holds(far)))
-      return true;
+    const auto isAsked = [&](TileId other) { return std::binary_search(tiles.begin(), tiles.end(), other); };
+    const TileId far = set.store.long_tile();
+    if (isAsked(set.store.home(internal::SearchedSet::middleOf(tile, s))) || (isAsked(far) && holds(far))) return true;
     const Vector3d child_W = tile.position_W(tile.child(s)), parent_W = tile.position_W(tile.parent(s));
     const Vector3d slack = Vector3d::Constant(1e-3) + 1e-9 * child_W.cwiseAbs();
     const Vector3d lo_W = child_W.cwiseMin(parent_W) - slack, hi_W = child_W.cwiseMax(parent_W) + slack;
