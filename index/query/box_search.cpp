@@ -20,6 +20,7 @@ struct AskedBox {
   BoxRegion region;
   Vector3d middle_W;
   std::vector<TileId> tiles{};
+  std::vector<WorldBox> boxes{};  // of the tiles
 
   AskedBox(const Grid& grid, const Vector3d& lo_W, const Vector3d& hi_W)
       : box{snapped(grid, lo_W), snapped(grid, hi_W)},
@@ -31,13 +32,39 @@ struct AskedBox {
     return grid.snap(p_W.cwiseMax(-kEdge).cwiseMin(kEdge));
   }
   void findTiles(const internal::SearchedSet& set, std::uint32_t& tiles_read) {
-    for (const auto& [tile, tile_box] : set.tilesMeeting(region, tiles_read)) tiles.push_back(tile);
+    auto found = set.tilesMeeting(region, tiles_read);
+    std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    for (const auto& [tile, tile_box] : found) {
+      tiles.push_back(tile);
+      boxes.push_back(tile_box);
+    }
   }
-  // Adds the segments of a tile that meet the box: those that the filter may want to `ghosts`.
-  void collect(const internal::SearchedSet& set, TileId id, std::uint32_t& tiles_read, std::vector<Candidate>& found,
-               std::vector<internal::Unsure<Candidate>>& ghosts) const {
-    set.forEachIn(region, id, tiles_read, [&](const Tile& tile, std::uint32_t s, bool is_sure) {
+  // Whether a segment that tile `i` does not own is found in its owner too, or else in an earlier tile.
+  bool isFoundElsewhere(const internal::SearchedSet& set, std::size_t i, const Tile& tile, std::uint32_t s,
+                        std::uint32_t& tiles_read) const {
+    const SegmentId id = tile.segmentId(s);
+    const auto holds = [&](TileId other) {
+      return set.cache.get(other, tiles_read)->tile->findSegment(id).has_value();
+    };
+    const auto isAsked = [&](TileId other) { return std::binary_search(tiles.begin(), tiles.end(), other); };
+    const TileId far = set.store.long_tile();
+    if (isAsked(set.store.home(internal::SearchedSet::middleOf(tile, s))) || (isAsked(far) && holds(far))) return true;
+    const Vector3d child_W = tile.position_W(tile.child(s)), parent_W = tile.position_W(tile.parent(s));
+    const Vector3d slack = Vector3d::Constant(1e-3) + 1e-9 * child_W.cwiseAbs();
+    const Vector3d lo_W = child_W.cwiseMin(parent_W) - slack, hi_W = child_W.cwiseMax(parent_W) + slack;
+    for (std::size_t j = 0; j < i; ++j)
+      if (tiles[j] != far && (boxes[j].lo_W.array() <= hi_W.array()).all() &&
+          (boxes[j].hi_W.array() >= lo_W.array()).all() && holds(tiles[j]))
+        return true;
+    return false;
+  }
+  // Adds the segments of tile `i` that meet the box: those that the filter may want to `ghosts`. `once`: no segment
+  // that another tile adds too.
+  void collect(const internal::SearchedSet& set, std::size_t i, bool once, std::uint32_t& tiles_read,
+               std::vector<Candidate>& found, std::vector<internal::Unsure<Candidate>>& ghosts) const {
+    set.forEachIn(region, tiles[i], tiles_read, [&](const Tile& tile, std::uint32_t s, bool is_sure) {
       if (!segmentMeetsBox(tile.gridPoint(tile.child(s)), tile.gridPoint(tile.parent(s)), box)) return;
+      if (once && !tile.owned(s) && isFoundElsewhere(set, i, tile, s, tiles_read)) return;
       const ClosestPoint c = closestPoint(tile.position_W(tile.child(s)), tile.position_W(tile.parent(s)), middle_W);
       const Candidate candidate{c.squared_distance, tile.segmentId(s), c.t, c.p_W, tile.id()};
       if (is_sure)
@@ -83,9 +110,9 @@ std::vector<NearestResult> Nearest::inBox(const Vector3d& lo_W, const Vector3d& 
   std::uint32_t tiles_read = 0, tiles_searched = 0;
   asked.findTiles(*set_, tiles_read);
   internal::TileRounds rounds(set_->store, set_->cache, internal::TileRounds::kMost);
-  for (const TileId tile : asked.tiles) {
+  for (std::size_t i = 0; i < asked.tiles.size(); ++i) {
     rounds.before(tiles_searched++, asked.tiles);
-    asked.collect(*set_, tile, tiles_read, found, ghosts);
+    asked.collect(*set_, i, false, tiles_read, found, ghosts);
   }
   settle(*set_, ghosts, tiles_read, found);
   std::sort(found.begin(), found.end());
@@ -103,7 +130,6 @@ BoxPart Nearest::partOfBox(const Vector3d& lo_W, const Vector3d& hi_W, BoxPlace 
   BoxPart part;
   std::uint32_t tiles_read = 0;
   asked.findTiles(*set_, tiles_read);
-  std::sort(asked.tiles.begin(), asked.tiles.end());
   internal::TileRounds rounds(set_->store, set_->cache, internal::TileRounds::kMost);
   std::vector<Candidate> found;
   std::vector<internal::Unsure<Candidate>> ghosts;
@@ -115,7 +141,7 @@ BoxPart Nearest::partOfBox(const Vector3d& lo_W, const Vector3d& hi_W, BoxPlace 
     rounds.before(i, asked.tiles);
     found.clear();
     ghosts.clear();
-    asked.collect(*set_, asked.tiles[i], tiles_read, found, ghosts);
+    asked.collect(*set_, i, true, tiles_read, found, ghosts);
     settle(*set_, ghosts, tiles_read, found);
     // Ghosts that were settled before come among the others.
     std::sort(found.begin(), found.end(), [](const Candidate& a, const Candidate& b) { return a.segment < b.segment; });

@@ -165,6 +165,9 @@ class Nearest {
   // The store, with the tiles in memory: load() reads only others, and does not change leaves(). Lives as this object.
   const TileStore& tiles() const;
 
+  // Keeps tiles and engines up to so many bytes from now on, as NearestOptions::budget_bytes says. O(tiles that go).
+  void setBudget(std::uint64_t budget_bytes) const;
+
   // Bytes of the tiles and engines in memory now.
   std::uint64_t bytes() const;
 

@@ -48,7 +48,20 @@ std::shared_ptr<SharedScene> SessionHouse::sceneOf(const std::string& set) {
   }
   if (revisions >= kMostScenes)
     throw Refusal(503, "sessions on older revisions of this set take its memory; ask again when they have ended");
-  const std::uint64_t part = options_.budget_bytes / std::max<std::size_t>(shelf_.all().size(), 1);
+  // The first set takes half of the budget, the next one half of the rest: few of many sets have sessions at once.
+  std::uint64_t part = options_.budget_bytes;
+  if (shelf_.all().size() > 1) {
+    {
+      const std::lock_guard lock(mutex_);
+      for (const Scene& scene : scenes_)
+        if (scene.scene->served().name() != set) part -= std::min(part, scene.scene->residency().budget_bytes());
+    }
+    const std::uint64_t least = Residency::floorBytes(served->set());
+    if (part < least && least <= options_.budget_bytes)
+      throw Refusal(503,
+                    "sessions on other sets take the memory that sessions may have; ask again when they have ended");
+    part = std::max(part / 2, least);
+  }
   const auto scene = std::make_shared<SharedScene>(served, part, tickers_.tickers());
   const std::lock_guard lock(mutex_);
   scenes_.push_back({scene, std::chrono::steady_clock::now()});

@@ -21,8 +21,8 @@
 namespace filiform::tools {
 
 struct SessionHouseOptions {
-  // Of the tiles of all sessions; each set has an equal part. While sessions on an older revision of a set last, that
-  // revision has a part of its own.
+  // Of the tiles of all sessions. One set has it all; of several, the first one that has sessions takes half, the next
+  // one half of the rest. While sessions on an older revision of a set last, that revision has a part of its own.
   std::uint64_t budget_bytes = std::uint64_t{256} << 20;
   std::size_t most_sessions = 100;
   std::size_t threads = 1;      // that tick sessions
