@@ -12,47 +12,148 @@
 
 namespace filiform {
 
-std::vector<NearestResult> Nearest::inBox(const Vector3d& lo_W, const Vector3d& hi_W, bool of_cells) const {
-  if (!lo_W.allFinite() || !hi_W.allFinite() || (lo_W.array() > hi_W.array()).any())
-    throw UsageError("a box needs six finite coordinates, in um: the lowest corner, then the highest");
-  const Grid grid = set_->store.grid();
-  const auto snapped = [&](const Vector3d& p_W) {
+namespace {
+
+// A box on the grid, and the tiles that meet it.
+struct AskedBox {
+  GridBox box;
+  BoxRegion region;
+  Vector3d middle_W;
+  std::vector<TileId> tiles{};
+  std::vector<WorldBox> boxes{};  // of the tiles
+
+  AskedBox(const Grid& grid, const Vector3d& lo_W, const Vector3d& hi_W)
+      : box{snapped(grid, lo_W), snapped(grid, hi_W)},
+        region({grid.toWorld(box.lo), grid.toWorld(box.hi)}),
+        middle_W(0.5 * (region.box.lo_W + region.box.hi_W)) {}
+
+  static GridPoint snapped(const Grid& grid, const Vector3d& p_W) {
     constexpr double kEdge = Grid::kMaxCoordinate_um;
     return grid.snap(p_W.cwiseMax(-kEdge).cwiseMin(kEdge));
-  };
-  const GridBox box{snapped(lo_W), snapped(hi_W)};
-  const BoxRegion region({grid.toWorld(box.lo), grid.toWorld(box.hi)});
-  const Vector3d middle_W = 0.5 * (region.box.lo_W + region.box.hi_W);
-
-  std::vector<Candidate> found;
-  std::vector<internal::Unsure<Candidate>> ghosts;
-  std::uint32_t tiles_read = 0, tiles_searched = 0;
-  std::vector<TileId> tiles;
-  for (const auto& [tile, tile_box] : set_->tilesMeeting(region, tiles_read)) tiles.push_back(tile);
-  internal::TileRounds rounds(set_->store, set_->cache, internal::TileRounds::kMost);
-  for (const TileId tile_id : tiles) {
-    rounds.before(tiles_searched++, tiles);
-    set_->forEachIn(region, tile_id, tiles_read, [&](const Tile& tile, std::uint32_t s, bool is_sure) {
+  }
+  void findTiles(const internal::SearchedSet& set, std::uint32_t& tiles_read) {
+    auto found = set.tilesMeeting(region, tiles_read);
+    std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    for (const auto& [tile, tile_box] : found) {
+      tiles.push_back(tile);
+      boxes.push_back(tile_box);
+    }
+  }
+  // Whether a segment that tile `i` does not own is found in its owner too, or else in an earlier tile.
+  bool isFoundElsewhere(const internal::SearchedSet& set, std::size_t i, const Tile& tile, std::uint32_t s,
+                        std::uint32_t& tiles_read) const {
+    const SegmentId id = tile.segmentId(s);
+    const auto holds = [&](TileId other) {
+      return set.cache.get(other, tiles_read)->tile->findSegment(id).has_value();
+    };
+    const auto isAsked = [&](TileId other) { return std::binary_search(tiles.begin(), tiles.end(), other); };
+    const TileId far = set.store.long_tile();
+    if (isAsked(set.store.home(internal::SearchedSet::middleOf(tile, s))) || (isAsked(far) && holds(far))) return true;
+    const Vector3d child_W = tile.position_W(tile.child(s)), parent_W = tile.position_W(tile.parent(s));
+    const Vector3d slack = Vector3d::Constant(1e-3) + 1e-9 * child_W.cwiseAbs();
+    const Vector3d lo_W = child_W.cwiseMin(parent_W) - slack, hi_W = child_W.cwiseMax(parent_W) + slack;
+    for (std::size_t j = 0; j < i; ++j)
+      if (tiles[j] != far && (boxes[j].lo_W.array() <= hi_W.array()).all() &&
+          (boxes[j].hi_W.array() >= lo_W.array()).all() && holds(tiles[j]))
+        return true;
+    return false;
+  }
+  // Adds the segments of tile `i` that meet the box: those that the filter may want to `ghosts`. `once`: no segment
+  // that another tile adds too.
+  void collect(const internal::SearchedSet& set, std::size_t i, bool once, std::uint32_t& tiles_read,
+               std::vector<Candidate>& found, std::vector<internal::Unsure<Candidate>>& ghosts) const {
+    set.forEachIn(region, tiles[i], tiles_read, [&](const Tile& tile, std::uint32_t s, bool is_sure) {
       if (!segmentMeetsBox(tile.gridPoint(tile.child(s)), tile.gridPoint(tile.parent(s)), box)) return;
+      if (once && !tile.owned(s) && isFoundElsewhere(set, i, tile, s, tiles_read)) return;
       const ClosestPoint c = closestPoint(tile.position_W(tile.child(s)), tile.position_W(tile.parent(s)), middle_W);
       const Candidate candidate{c.squared_distance, tile.segmentId(s), c.t, c.p_W, tile.id()};
       if (is_sure)
         found.push_back(candidate);
       else
-        ghosts.push_back({candidate, set_->middleOf(tile, s)});
+        ghosts.push_back({candidate, set.middleOf(tile, s)});
     });
   }
-  set_->readOwnersAhead(ghosts);
+};
+
+void checkBox(const Vector3d& lo_W, const Vector3d& hi_W) {
+  if (!lo_W.allFinite() || !hi_W.allFinite() || (lo_W.array() > hi_W.array()).any())
+    throw UsageError("a box needs six finite coordinates, in um: the lowest corner, then the highest");
+}
+
+// Adds the ghosts that the filter wants.
+void settle(const internal::SearchedSet& set, const std::vector<internal::Unsure<Candidate>>& ghosts,
+            std::uint32_t& tiles_read, std::vector<Candidate>& found) {
+  set.readOwnersAhead(ghosts);
   for (const auto& ghost : ghosts)
-    if (set_->wants(ghost.found.segment, ghost.middle, tiles_read)) found.push_back(ghost.found);
+    if (set.wants(ghost.found.segment, ghost.middle, tiles_read)) found.push_back(ghost.found);
+}
+
+NearestResult resultOf(const Candidate& c, std::size_t rank, std::uint32_t tiles_read, std::uint32_t tiles_searched) {
+  return {static_cast<std::uint32_t>(rank),
+          std::sqrt(c.squared_distance),
+          c.p_W,
+          c.segment,
+          c.t,
+          c.tile,
+          true,
+          tiles_read,
+          tiles_searched};
+}
+
+}  // namespace
+
+std::vector<NearestResult> Nearest::inBox(const Vector3d& lo_W, const Vector3d& hi_W, bool of_cells) const {
+  checkBox(lo_W, hi_W);
+  AskedBox asked(set_->store.grid(), lo_W, hi_W);
+  std::vector<Candidate> found;
+  std::vector<internal::Unsure<Candidate>> ghosts;
+  std::uint32_t tiles_read = 0, tiles_searched = 0;
+  asked.findTiles(*set_, tiles_read);
+  internal::TileRounds rounds(set_->store, set_->cache, internal::TileRounds::kMost);
+  for (std::size_t i = 0; i < asked.tiles.size(); ++i) {
+    rounds.before(tiles_searched++, asked.tiles);
+    asked.collect(*set_, i, false, tiles_read, found, ghosts);
+  }
+  settle(*set_, ghosts, tiles_read, found);
   std::sort(found.begin(), found.end());
   keepFirst(found, of_cells);
   std::vector<NearestResult> results;
   results.reserve(found.size());
-  for (const Candidate& c : found)
-    results.push_back({static_cast<std::uint32_t>(results.size()), std::sqrt(c.squared_distance), c.p_W, c.segment, c.t,
-                       c.tile, true, tiles_read, tiles_searched});
+  for (const Candidate& c : found) results.push_back(resultOf(c, results.size(), tiles_read, tiles_searched));
   return results;
+}
+
+BoxPart Nearest::partOfBox(const Vector3d& lo_W, const Vector3d& hi_W, BoxPlace from, std::size_t most,
+                           const std::function<bool()>& ends) const {
+  checkBox(lo_W, hi_W);
+  AskedBox asked(set_->store.grid(), lo_W, hi_W);
+  BoxPart part;
+  std::uint32_t tiles_read = 0;
+  asked.findTiles(*set_, tiles_read);
+  internal::TileRounds rounds(set_->store, set_->cache, internal::TileRounds::kMost);
+  std::vector<Candidate> found;
+  std::vector<internal::Unsure<Candidate>> ghosts;
+  for (std::uint32_t i = from.tile; i < asked.tiles.size(); ++i) {
+    if (part.results.size() == most || (i > from.tile && ends && ends())) {
+      part.next = BoxPlace{i, 0};
+      return part;
+    }
+    rounds.before(i, asked.tiles);
+    found.clear();
+    ghosts.clear();
+    asked.collect(*set_, i, true, tiles_read, found, ghosts);
+    settle(*set_, ghosts, tiles_read, found);
+    // Ghosts that were settled before come among the others.
+    std::sort(found.begin(), found.end(), [](const Candidate& a, const Candidate& b) { return a.segment < b.segment; });
+    for (std::size_t hit = i == from.tile ? from.hit : 0; hit < found.size(); ++hit) {
+      if (part.results.size() == most) {
+        part.next = BoxPlace{i, static_cast<std::uint32_t>(hit)};
+        return part;
+      }
+      part.results.push_back(resultOf(found[hit], part.results.size(), tiles_read, i + 1));
+    }
+  }
+  return part;
 }
 
 }  // namespace filiform

@@ -23,6 +23,11 @@ class FilteredSearches {
   // searches.
   FilteredSearches(const TileStore& store, std::uint64_t budget_bytes) : store_(store), budget_bytes_(budget_bytes) {}
 
+  void setBudget(std::uint64_t budget_bytes) {
+    const std::lock_guard lock(mutex_);
+    budget_bytes_ = budget_bytes;
+    for (const Kept& one : kept_) one.search->setBudget(partOf(budget_bytes_));
+  }
   // Throws as Nearest. O(cells of the filters).
   std::shared_ptr<const Nearest> with(const SegmentFilter& filter) {
     const std::lock_guard lock(mutex_);
@@ -30,7 +35,7 @@ class FilteredSearches {
     if (at != kept_.end()) {
       kept_.splice(kept_.begin(), kept_, at);
     } else {
-      const NearestOptions options{.budget_bytes = budget_bytes_ / kMost / 3 * 2, .filter = filter};
+      const NearestOptions options{.budget_bytes = partOf(budget_bytes_), .filter = filter};
       kept_.push_front({filter, std::make_shared<const Nearest>(store_, options)});
       if (kept_.size() > kMost) kept_.pop_back();
     }
@@ -39,12 +44,13 @@ class FilteredSearches {
 
  private:
   static constexpr std::size_t kMost = 4;
+  static std::uint64_t partOf(std::uint64_t budget_bytes) { return budget_bytes / kMost / 3 * 2; }
   struct Kept {
     SegmentFilter filter;
     std::shared_ptr<const Nearest> search;
   };
   const TileStore& store_;
-  const std::uint64_t budget_bytes_;
+  std::uint64_t budget_bytes_;  // under the mutex
   std::mutex mutex_;
   std::list<Kept> kept_;  // the last one first
 };

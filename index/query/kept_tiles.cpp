@@ -16,6 +16,16 @@ KeptTiles::Kept& KeptTiles::use(std::uint64_t key) const {
 void KeptTiles::grow(Kept& kept, std::uint64_t bytes) const {
   kept.bytes += bytes;
   bytes_ += bytes;
+  trim();
+}
+
+void KeptTiles::setBudget(std::uint64_t budget_bytes) {
+  const std::lock_guard lock(mutex_);
+  budget_bytes_ = budget_bytes;
+  trim();
+}
+
+void KeptTiles::trim() const {
   while (bytes_ > budget_bytes_) {
     bytes_ -= order_.back().bytes;
     places_.erase(order_.back().key);

@@ -25,6 +25,7 @@ class KeptTiles final : public ForwardingStore {
   TileAppearance loadAppearance(TileId tile) const override { return *appearance(tile); }
   std::shared_ptr<const TileAppearance> appearance(TileId tile) const;  // without a copy
   CellDetail loadCellDetail(std::uint32_t id) const override;
+  void setBudget(std::uint64_t budget_bytes);
   std::uint64_t bytes() const;  // kept now
 
  private:
@@ -39,8 +40,9 @@ class KeptTiles final : public ForwardingStore {
   // The entry of the key, now the most recent; a new one if there is none. The caller holds the mutex.
   Kept& use(std::uint64_t key) const;
   void grow(Kept& kept, std::uint64_t bytes) const;
+  void trim() const;
 
-  const std::uint64_t budget_bytes_;
+  std::uint64_t budget_bytes_;  // under the mutex
   mutable std::mutex mutex_;
   mutable std::list<Kept> order_;  // most recent first
   mutable std::unordered_map<std::uint64_t, std::list<Kept>::iterator> places_;

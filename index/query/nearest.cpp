@@ -376,6 +376,11 @@ double Nearest::covering_radius_um() const { return set_->hint.covering_radius_u
 
 const TileStore& Nearest::tiles() const { return set_->cached; }
 
+void Nearest::setBudget(std::uint64_t budget_bytes) const {
+  set_->cache.setBudget(budget_bytes);
+  if (all_) all_->cache.setBudget(budget_bytes / 2);
+}
+
 std::uint64_t Nearest::bytes() const { return set_->cache.bytes() + (all_ ? all_->cache.bytes() : 0); }
 
 }  // namespace filiform

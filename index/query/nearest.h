@@ -29,6 +29,7 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -71,6 +72,16 @@ struct NearestResult {
   bool exact;                    // true: certainly the segment of that rank
   std::uint32_t tiles_read;      // from the store, by the whole query
   std::uint32_t tiles_searched;  // by the whole query, read or not
+};
+
+// Where a part of a box begins: at a hit in one of the tiles that meet the box.
+struct BoxPlace {
+  std::uint32_t tile = 0, hit = 0;
+};
+
+struct BoxPart {
+  std::vector<NearestResult> results;
+  std::optional<BoxPlace> next;  // nullopt: the box has no more
 };
 
 // A line of sight with a tolerance. A segment is hit if its closest distance to the ray is at most radius_um + slope *
@@ -136,6 +147,13 @@ class Nearest {
   // box).
   std::vector<NearestResult> inBox(const Vector3d& lo_W, const Vector3d& hi_W, bool of_cells = false) const;
 
+  // Returns a part of the segments that inBox() finds, in the set's own order: those from `from`, at most `most`, and
+  // of no more tiles once `ends()` is true, but of one tile at least. The parts of a box, each from the `next` of the
+  // one before, hold each of its segments once, if the set and the filter are the same. Ranks are those within the
+  // part. Throws UsageError as inBox() does. O(log segments + tiles that meet the box + segments of the part's tiles).
+  BoxPart partOfBox(const Vector3d& lo_W, const Vector3d& hi_W, BoxPlace from, std::size_t most,
+                    const std::function<bool()>& ends = {}) const;
+
   // Returns the segments hit by a ray, the first along it first, ties by (cell, segment). Searches tiles along the ray,
   // and stops as soon as `most` hits are certain. Throws UsageError for values that are not finite or a direction of
   // length 0. O(log segments + content along the ray).
@@ -146,6 +164,9 @@ class Nearest {
 
   // The store, with the tiles in memory: load() reads only others, and does not change leaves(). Lives as this object.
   const TileStore& tiles() const;
+
+  // Keeps tiles and engines up to so many bytes from now on, as NearestOptions::budget_bytes says. O(tiles that go).
+  void setBudget(std::uint64_t budget_bytes) const;
 
   // Bytes of the tiles and engines in memory now.
   std::uint64_t bytes() const;

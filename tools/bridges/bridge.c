@@ -23,7 +23,9 @@ enum { kMostPackets = 64, kPathBytes = 108 };     // packets a round: a flood mu
 static const int64_t kSilence_ns = 1000000000;    // over UDP, a master that is silent for so long has gone
 static const int64_t kStandstill_ns = 500000000;  // a servo thread that is silent for so long has ended
 static const int64_t kLastFrames_ns = 20000000;   // for a servo thread to write its last force
-static const int64_t kPatience_ns = 500000;       // exchange() waits so long for the next COMMAND
+static const int64_t kPatience_ns = 1500000;      // exchange() waits so long for the next COMMAND of a master at 1 kHz
+static const int64_t kHurry_ns = 500000;          // the same once the master is late
+static const int64_t kLate_ns = 3000000;
 static const double kVelocityTime_s = 0.005;      // of the low pass of an estimated velocity
 static const char kLost[] = "the device was lost: connect it and start again";
 
@@ -478,7 +480,7 @@ static void serve(struct bridge* b) {
       b->spoken = b->said != NULL ? b->said : kLost;
     answer(b);
     if (acts && b->device->exchange != NULL)
-      due_ns = bridge_now_ns() + kPatience_ns;
+      due_ns = bridge_now_ns() + (now_ns - b->order.time_ns < kLate_ns ? kPatience_ns : kHurry_ns);
     else if (now_ns >= due_ns)
       due_ns = now_ns - due_ns > period_ns ? now_ns + period_ns : due_ns + period_ns;
   }

@@ -52,6 +52,7 @@ struct ServeArguments {
   bool no_pictures = false, no_token = false;
   double drain_first_s = 0;
   std::size_t most_sessions = 100;
+  std::size_t session_threads = std::clamp(std::thread::hardware_concurrency(), 1U, 8U);
   std::size_t most_clients = 256;
   unsigned threads = std::max(1U, std::thread::hardware_concurrency());
 };
@@ -176,6 +177,7 @@ int runServe(const ServeArguments& a) {
   std::vector<std::string> reported;  // problems of the last refresh
   SessionHouse house(shelf, {.budget_bytes = parseBytes("--session-budget", a.session_budget),
                              .most_sessions = a.most_sessions,
+                             .threads = a.session_threads,
                              .record_folder = a.session_folder});
   ServerOptions options{
       .listen = a.listen, .open = access.isOpen(), .most_clients = a.most_clients, .threads = a.threads};
@@ -217,6 +219,7 @@ int runServe(const ServeArguments& a) {
     const SessionFigures figures = house.figures();
     metrics.session_ticks = figures.ticker.ticks;
     metrics.session_late_ticks = figures.ticker.late;
+    metrics.session_busy_ms = figures.ticker.busy_ns / 1'000'000;
     metrics.session_tile_bytes = figures.tile_bytes;
   };
   EndingWatch watch = watchForSilentFiles();
@@ -369,10 +372,17 @@ void addServe(CLI::App& app, Chosen& chosen) {
   command->add_option("--budget", a->budget, "keep at most this memory of tiles and sample ids, for all sets together")
       ->capture_default_str()
       ->type_name("BYTES");
-  command->add_option("--max-sessions", a->most_sessions, "allow at most N sessions at /v1/session")
+  command
+      ->add_option("--max-sessions", a->most_sessions,
+                   "allow at most N sessions at /v1/session, and no more than the threads have time for")
       ->type_name("N")
       ->capture_default_str()
       ->check(CLI::Range(1, 10000));
+  command
+      ->add_option("--session-threads", a->session_threads, "tick the sessions on N threads: some 15 moving hands each")
+      ->type_name("N")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 64));
   command
       ->add_option("--session-budget", a->session_budget,
                    "keep at most this memory of tiles, for all sessions together")

@@ -22,7 +22,10 @@ class Refusal : public Error {
 class AnswerTimeout : public Refusal {
  public:
   AnswerTimeout()
-      : Refusal(503, "the answer takes more than 5 s; ask for less, or again when its tiles are in memory") {}
+      : Refusal(
+            503,
+            "the answer takes more than 5 s; ask for less, again when its tiles are in memory, or, of a box or many "
+            "points, in parts with cursor=start") {}
 };
 
 }  // namespace filiform::tools

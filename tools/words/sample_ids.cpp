@@ -42,13 +42,23 @@ std::shared_ptr<const SampleIds::OfCell> SampleIds::cell(std::uint32_t cell) {
   order_.push_front(cell);
   at->second = {ids, order_.begin()};
   bytes_ += ids->bytes();
+  trim();
+  return ids;
+}
+
+void SampleIds::setBudget(std::uint64_t budget_bytes) {
+  const std::lock_guard lock(mutex_);
+  budget_bytes_ = budget_bytes;
+  trim();
+}
+
+void SampleIds::trim() {
   while (bytes_ > budget_bytes_ && !order_.empty()) {
     const auto last = kept_.find(order_.back());
     bytes_ -= last->second.ids->bytes();
     kept_.erase(last);
     order_.pop_back();
   }
-  return ids;
 }
 
 void SampleIds::readAhead(std::vector<std::uint32_t> cells) {

@@ -26,6 +26,7 @@ class SampleIds {
  public:
   // The store must outlive this object.
   SampleIds(const TileStore& store, std::uint64_t budget_bytes) : store_(store), budget_bytes_(budget_bytes) {}
+  void setBudget(std::uint64_t budget_bytes);
 
   // The ids of one cell.
   class OfCell {
@@ -67,7 +68,8 @@ class SampleIds {
     std::list<std::uint32_t>::iterator place;
   };
   const TileStore& store_;
-  const std::uint64_t budget_bytes_;
+  void trim();
+  std::uint64_t budget_bytes_;  // under the mutex
   mutable std::mutex mutex_;
   std::list<std::uint32_t> order_;  // most recent first
   std::unordered_map<std::uint32_t, Kept> kept_;

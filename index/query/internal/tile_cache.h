@@ -64,6 +64,13 @@ class TileCache {
     for (const TileId tile : order_) delete slotOf(tile)->tile.load();
     for (const std::atomic<Page*>& page : pages_) delete page.load();
   }
+  // Keeps at most so many bytes from now on. Any thread may call it.
+  void setBudget(std::uint64_t budget_bytes) {
+    budget_bytes_ = budget_bytes;
+    const std::lock_guard lock(mutex_);
+    while (ahead_bytes_ > budget_bytes / 2 && !ahead_.empty()) dropAhead(ahead_.begin());
+    trim();
+  }
   TileCache(const TileCache&) = delete;
   TileCache& operator=(const TileCache&) = delete;
 
@@ -330,7 +337,7 @@ class TileCache {
   const SegmentSieve& sieve_;
   const std::string engine_;
   bool with_ghosts_ = true;
-  const std::uint64_t budget_bytes_;
+  std::atomic<std::uint64_t> budget_bytes_;
   std::vector<std::atomic<Page*>> pages_;
   mutable std::mutex mutex_;
   std::deque<TileId> order_;                                                  // the oldest first

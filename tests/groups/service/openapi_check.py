@@ -41,6 +41,14 @@ for name, schema in schemas.items():
     jsonschema.Draft202012Validator.check_schema(schema)
 
 
+operations = [operation for path in description["paths"].values() for operation in path.values()]
+names = [operation["operationId"] for operation in operations]
+assert len(set(names)) == len(names) and all(name.isalnum() for name in names), names
+assert {"getSets", "getSet", "getSetNearest", "postSetNearest", "getSetCell", "getHealthz"} <= set(names), names
+tags = {tag["name"] for tag in description["tags"]}
+assert {tag for operation in operations for tag in operation["tags"]} == tags, tags
+
+
 def check(value, schema, where):
     document = {"components": {"schemas": schemas}, **schema}
     errors = list(jsonschema.Draft202012Validator(document).iter_errors(value))

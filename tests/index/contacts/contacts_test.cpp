@@ -4,6 +4,7 @@
 #include "index/contacts/closest_places.h"
 #include "index/errors.h"
 #include "index/query/cell_paths.h"
+#include "tests/support/sanitized.h"
 #include "tests/support/scenes/memory_store.h"
 #include "tests/support/scenes/random_cells.h"
 #include "tests/support/what_of.h"
@@ -255,20 +256,22 @@ std::vector<Cell> oddCells(std::uint64_t seed) {
 TEST(Contacts, EqualBruteForceOnTwentyThousandSegments) {
   const std::uint64_t seed = 5301;
   SCOPED_TRACE(seed);
-  const auto store = storeOf(test::randomColumn(seed, 20, 1000, 50), 256);
+  const auto cells = static_cast<std::uint32_t>(test::sampled(20));
+  const auto store = storeOf(test::randomColumn(seed, cells, 1000, 50), 256);
   for (const bool surface : {false, true}) {
     ContactOptions options = between(*store, 1.5);
     options.surface = surface;
     options.threads = 2;
     AllPairs all(*store, options);
-    EXPECT_GT(all.segments(), 19'000u);
+    EXPECT_GT(all.segments(), 950 * cells);
     const std::vector<ContactSite> sites = sitesOf(*store, options);
-    EXPECT_GT(sites.size(), 100u);
+    EXPECT_GT(sites.size(), test::sampled(100));
     expectSameSites(sites, all.sites());
   }
 }
 
 TEST(Contacts, EqualBruteForceWithTiesLoopsForestsAndUnknownRadii) {
+  std::uint64_t cases = 0;
   for (const std::uint64_t seed : {5302, 5303}) {
     SCOPED_TRACE(seed);
     const std::vector<Cell> cells = oddCells(seed);
@@ -276,6 +279,7 @@ TEST(Contacts, EqualBruteForceWithTiesLoopsForestsAndUnknownRadii) {
       const auto store = storeOf(cells, capacity);
       for (const bool surface : {false, true})
         for (const double within_um : {0.25, 1.0, 2.0}) {
+          if (test::kSanitized && cases++ % 5 != 0) continue;
           ContactOptions options = between(*store, within_um);
           options.surface = surface;
           expectSameSites(sitesOf(*store, options), AllPairs(*store, options).sites());
@@ -290,10 +294,12 @@ TEST(Contacts, EqualBruteForceBetweenSomeCellsAndTypes) {
   const auto store = storeOf(oddCells(seed), 25);
   const std::vector<std::uint32_t> one{3}, some{0, 2, 3, 7, 9}, others{1, 4, 11}, none{};
   const std::vector<std::uint16_t> axon{2}, dendrites{3, 4}, any{};
+  std::uint64_t cases = 0;
   for (const auto& from : {one, some, allIds(*store), none})
     for (const auto& to : {others, some, allIds(*store)})
       for (const auto& [from_types, to_types] : {std::pair(axon, dendrites), std::pair(any, any), std::pair(any, axon)})
         for (const bool surface : {false, true}) {
+          if (test::kSanitized && cases++ % 5 != 0) continue;
           const ContactOptions options{.within_um = 1,
                                        .surface = surface,
                                        .from = from,

@@ -173,6 +173,13 @@ TEST_P(FilteredNearest, BoxIsBruteForceOverTheWanted) {
           const auto all = test::bruteForceNearest(inside, store.grid(), 0.5 * (lo_W + hi_W), SIZE_MAX);
           expectExactly(nearest.inBox(lo_W, hi_W), all);
           expectExactly(nearest.inBox(lo_W, hi_W, true), ofCells(all, SIZE_MAX));
+          std::set<SegmentId> parts;
+          for (std::optional<BoxPlace> place = BoxPlace{}; place;) {
+            const BoxPart part = nearest.partOfBox(lo_W, hi_W, *place, 5);
+            for (const NearestResult& r : part.results) EXPECT_TRUE(parts.insert(r.segment).second);
+            place = part.next;
+          }
+          EXPECT_EQ(parts.size(), all.size());
         }
       });
 }

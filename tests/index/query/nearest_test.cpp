@@ -366,6 +366,19 @@ TEST(Nearest, FindsAllInABoxAsBruteForceDoes) {
         std::sort(expected.begin(), expected.end());
         std::sort(found.begin(), found.end());
         EXPECT_EQ(found, expected);
+        // In parts: few segments at once, and a tile at once.
+        for (const std::size_t most : {std::size_t{1} + expected.size() / 3, SIZE_MAX}) {
+          std::vector<SegmentId> parts;
+          for (std::optional<BoxPlace> place = BoxPlace{}; place;) {
+            const BoxPart part = nearest.partOfBox(store->grid().toWorld(box.lo), store->grid().toWorld(box.hi), *place,
+                                                   most, [] { return true; });
+            EXPECT_LE(part.results.size(), most);
+            for (const NearestResult& r : part.results) parts.push_back(r.segment);
+            place = part.next;
+          }
+          std::sort(parts.begin(), parts.end());
+          EXPECT_EQ(parts, expected);
+        }
       }
     }
   }

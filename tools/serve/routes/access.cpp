@@ -251,7 +251,7 @@ void Access::addCors(const Request& request, Answer& answer) const {
   if (!isListed(origin)) return;
   answer.headers.emplace_back("Access-Control-Allow-Origin", std::string(origin));
   answer.headers.emplace_back("Access-Control-Expose-Headers",
-                              "Accept-Ranges, Content-Range, ETag, Filiform-Truncated, Retry-After");
+                              "Accept-Ranges, Content-Range, ETag, Filiform-Cursor, Filiform-Truncated, Retry-After");
   if (request.method != "OPTIONS") return;
   answer.headers.emplace_back("Access-Control-Allow-Methods", "GET, HEAD, POST");
   answer.headers.emplace_back("Access-Control-Allow-Headers",

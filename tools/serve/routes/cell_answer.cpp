@@ -4,6 +4,7 @@
 #include "index/query/cell_paths.h"
 #include "index/text.h"
 #include "solver/travel/places/cell_place_text.h"
+#include "tools/serve/routes/cursor.h"
 #include "tools/serve/routes/service.h"
 #include "tools/serve/sets/limits.h"
 #include "tools/words/cell_json.h"
@@ -111,19 +112,20 @@ void refuseLargeCell(const CellRecord& cell) {
                            " samples; use the program on the set's files");
 }
 
-std::optional<std::uint32_t> eachListedCell(const Call& call,
-                                            const std::function<bool(std::uint32_t, const CellRecord&)>& use) {
+std::optional<std::string> eachListedCell(const Call& call,
+                                          const std::function<bool(std::uint32_t, const CellRecord&)>& use) {
   const TileStore& store = call.served->store();
   const std::string glob = call.request.parameter("name").value_or("*");
   const auto chosen = cellsWhere(*call.served, call.request.parameter("where"));
   const std::uint32_t count = store.cell_count();
-  const auto first = static_cast<std::uint32_t>(call.request.whole("cursor", 0, UINT32_MAX).value_or(0));
+  const auto place = cursorOf(call, 1);
+  const auto first = static_cast<std::uint32_t>(std::min<std::uint64_t>(place ? place->front() : 0, count));
   for (std::uint32_t cell = first; cell < count; ++cell) {
-    if (cell - first >= limits::kScannedCells) return cell;
+    if (cell - first >= limits::kScannedCells) return cursorText(call, {cell});
     if ((cell - first) % 256 == 0) TimedStore::check();
     const CellRecord& record = store.cell(cell);
     if (record.removed || (chosen && !(*chosen)[cell]) || !matchesName(glob, record.name)) continue;
-    if (!use(cell, record)) return cell;
+    if (!use(cell, record)) return cursorText(call, {cell});
   }
   return std::nullopt;
 }
@@ -138,9 +140,8 @@ Answer cellsAnswer(const Call& call) {
       rows.back()["attributes"] = attributesJson(call.served->attributes().of(cell));
     return true;
   });
-  return jsonAnswer({{"truncated", next.has_value()},
-                     {"cursor", next ? Json(std::to_string(*next)) : Json(nullptr)},
-                     {"cells", std::move(rows)}});
+  return jsonAnswer(
+      {{"truncated", next.has_value()}, {"cursor", next ? Json(*next) : Json(nullptr)}, {"cells", std::move(rows)}});
 }
 
 Answer cellAnswer(const Call& call) {

@@ -52,9 +52,8 @@ Answer measuresAnswer(const Call& call) {
         Json& json = rows.emplace_back(Json::object());
         for (std::size_t i = 0; i < row.size(); ++i) json[table.columns()[i].title] = measureJson(row[i]);
       });
-  return jsonAnswer({{"truncated", next.has_value()},
-                     {"cursor", next ? Json(std::to_string(*next)) : Json(nullptr)},
-                     {"rows", std::move(rows)}});
+  return jsonAnswer(
+      {{"truncated", next.has_value()}, {"cursor", next ? Json(*next) : Json(nullptr)}, {"rows", std::move(rows)}});
 }
 
 }  // namespace filiform::tools

@@ -1,4 +1,5 @@
 // The answers of the routes nearest, box and ray.
+#include "tools/serve/routes/cursor.h"
 #include "tools/serve/routes/point_list.h"
 #include "tools/serve/routes/segment_rows.h"
 #include "tools/serve/routes/service.h"
@@ -17,7 +18,10 @@ namespace filiform::tools {
 
 namespace {
 
-constexpr std::size_t kAtOnce = 4096;  // points between two looks at the clock
+constexpr std::size_t kAtOnce = 4096;       // points between two looks at the clock
+constexpr std::size_t kPartAtOnce = 64;     // the same, in a part
+constexpr std::size_t kPartRows = 100'000;  // of a part, or those of the last points a few more
+constexpr double kPartTime = 0.5;           // share of an answer's time after which a part ends
 
 // What the parameters ask for; `limited`: k is the service's own limit.
 struct NearestAsked {
@@ -100,15 +104,21 @@ Answer nearestAnswer(const Call& call) {
   const NearestAsked asked = askedOf(call.request);
   if (asked.points.size() * (asked.limited ? 1 : asked.query.k) > limits::kRows)
     throw Refusal(413, "points times k exceed " + std::to_string(limits::kRows) + "; send fewer points or a smaller k");
+  const auto part = call.request.method == "POST" ? cursorOf(call, 1) : std::nullopt;
   SegmentRows rows(*call.served, wantsNpy(call.request), false);
   NearestQuery query = asked.query;
   query.of_cells = wantsCells(call.request);
   query.other_cells = call.request.isFirst("own", "no", "yes");
   const std::shared_ptr<const Nearest> search = searchOf(call);
   if (asked.limited) ++query.k;  // one more shows that there are more
-  // With large k, few points at once, so that their results need little memory.
-  const std::size_t at_once = std::clamp<std::size_t>(limits::kRows / 10 / query.k, 1, kAtOnce);
-  for (std::size_t begin = 0; begin < asked.points.size(); begin += at_once) {
+  // With large k, few points at once, so that their results need little memory; in parts too, whose time may end.
+  const std::size_t at_once = std::clamp<std::size_t>(limits::kRows / 10 / query.k, 1, part ? kPartAtOnce : kAtOnce);
+  const std::size_t first = part ? std::min<std::uint64_t>(part->front(), asked.points.size()) : 0;
+  for (std::size_t begin = first; begin < asked.points.size(); begin += at_once) {
+    if (part && begin > first && (rows.size() >= kPartRows || TimedStore::isOver(kPartTime))) {
+      rows.continueAt(cursorText(call, {begin}));
+      return rows.take();
+    }
     TimedStore::check();
     const auto some = std::span(asked.points).subspan(begin, std::min(at_once, asked.points.size() - begin));
     std::size_t i = begin;
@@ -128,6 +138,7 @@ Answer nearestAnswer(const Call& call) {
       ++i;
     }
   }
+  if (part) rows.continueAt(std::nullopt);
   return rows.take();
 }
 
@@ -136,12 +147,27 @@ Answer boxAnswer(const Call& call) {
   if (!lo || !hi) throw Refusal(400, "give the box as lo=X,Y,Z and hi=X,Y,Z, um");
   const Vector3d lo_W = pointOf(parseNumbers("lo", *lo, 3), 0), hi_W = pointOf(parseNumbers("hi", *hi, 3), 0);
   const std::size_t most = rowLimit(call.request);
-  if (call.served->segmentsAround(lo_W, hi_W) > limits::kBoxSegments)
+  const auto part = cursorOf(call, 2);
+  if (part && wantsCells(call.request))
+    throw Refusal(400, "cells=true is answered whole, without cursor: each cell once, by its first segment of all");
+  if (!part && call.served->segmentsAround(lo_W, hi_W) > limits::kBoxSegments)
     throw Refusal(413, "the tiles that the box meets hold more than " + std::to_string(limits::kBoxSegments) +
-                           " segments; ask for smaller boxes");
+                           " segments; ask in parts, with cursor=start, or for smaller boxes");
   SegmentRows rows(*call.served, wantsNpy(call.request), false);
-  std::vector<NearestResult> found = searchOf(call)->inBox(lo_W, hi_W, wantsCells(call.request));
-  if (found.size() > most) rows.truncate(), found.erase(found.begin() + static_cast<std::ptrdiff_t>(most), found.end());
+  std::vector<NearestResult> found;
+  if (part) {
+    constexpr std::uint64_t kEnd = UINT32_MAX;
+    const BoxPlace from{static_cast<std::uint32_t>(std::min(part->at(0), kEnd)),
+                        static_cast<std::uint32_t>(std::min(part->at(1), kEnd))};
+    BoxPart box = searchOf(call)->partOfBox(lo_W, hi_W, from, std::min(most, kPartRows),
+                                            [] { return TimedStore::isOver(kPartTime); });
+    found = std::move(box.results);
+    rows.continueAt(box.next ? std::optional(cursorText(call, {box.next->tile, box.next->hit})) : std::nullopt);
+  } else {
+    found = searchOf(call)->inBox(lo_W, hi_W, wantsCells(call.request));
+    if (found.size() > most)
+      rows.truncate(), found.erase(found.begin() + static_cast<std::ptrdiff_t>(most), found.end());
+  }
   call.served->sampleIds().readAhead(found);
   const std::vector<SegmentLook> looks = call.served->looks().of(found);
   for (std::size_t i = 0; i < found.size(); ++i) {

@@ -5,6 +5,10 @@
 #include "tools/serve/sets/limits.h"
 
 #include <cctype>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 namespace filiform::tools {
 
@@ -12,11 +16,34 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Two methods of one path have different ids.
+// What a generated client calls the operation: getSetNearest for GET /v1/sets/{set}/nearest. The method, and the parts
+// of the path; a part before a placeholder of its name stands for both.
 std::string operationId(const Route& route) {
-  std::string id = lowerCase(route.method);
-  for (const char* c = route.path; *c != '\0'; ++c) id += std::isalnum(static_cast<unsigned char>(*c)) ? *c : '_';
-  return id;
+  std::string id = lowerCase(route.method), word;
+  std::vector<std::string> words;
+  for (const char c : std::string_view(route.path).substr(1)) {
+    if (std::isalnum(static_cast<unsigned char>(c)) || c == '{')
+      word += c;
+    else if (!word.empty())
+      words.push_back(std::exchange(word, ""));
+  }
+  if (!word.empty()) words.push_back(word);
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    if (words[i] == "v1" || (i + 1 < words.size() && words[i + 1] + 's' == '{' + words[i])) continue;
+    const std::size_t begin = words[i].front() == '{';
+    id += static_cast<char>(std::toupper(static_cast<unsigned char>(words[i][begin])));
+    id += words[i].substr(begin + 1);
+  }
+  return id == "get" ? "getPage" : id;
+}
+
+const char* tagOf(std::string_view path) {
+  if (path.starts_with("/precomputed")) return "neuroglancer";
+  if (path.starts_with("/catmaid")) return "catmaid";
+  if (path.starts_with("/v1/sets")) return path.find("/files") == std::string_view::npos ? "sets" : "files";
+  if (path.starts_with("/v1/session") || path.starts_with("/travel") || path.find("/desks") != std::string_view::npos)
+    return "travel";
+  return "server";
 }
 
 Json parametersOf(const Route& route) {
@@ -30,7 +57,7 @@ Json parametersOf(const Route& route) {
   for (const RouteParameter& parameter : route.parameters)
     parameters.push_back({{"name", parameter.name},
                           {"in", "query"},
-                          {"required", false},
+                          {"required", parameter.required},
                           {"description", parameter.meaning},
                           {"schema", {{"type", parameter.kind}}}});
   return parameters;
@@ -69,7 +96,11 @@ Json operationOf(const Route& route) {
   const Json problems{
       {"description", "a problem"},
       {"content", {{"application/problem+json", {{"schema", {{"$ref", "#/components/schemas/Problem"}}}}}}}};
-  Json operation{{"operationId", operationId(route)}, {"summary", route.summary}, {"parameters", parametersOf(route)}};
+  Json operation{{"operationId", operationId(route)},
+                 {"tags", {tagOf(path)}},
+                 {"summary", route.summary},
+                 {"description", std::string(route.summary) + '.'},
+                 {"parameters", parametersOf(route)}};
   if (std::string_view(route.method) == "POST") operation["requestBody"] = bodyOfPoints();
   operation["responses"] = {{"200", {{"description", route.summary}, {"content", content}}}, {"default", problems}};
   if (path.ends_with("/session") || path.find("/desks/") != std::string_view::npos)
@@ -100,6 +131,14 @@ Answer openapiAnswer(const Call& call) {
           "If the server needs a token, the addresses under /precomputed and /catmaid also answer as "
           "/precomputed/~CAPABILITY/... and /catmaid/~CAPABILITY/..., without the token."},
          {"license", {{"name", "GPL-3.0-or-later"}, {"identifier", "GPL-3.0-or-later"}}}}},
+       {"servers", {{{"url", "/"}}}},
+       {"tags",
+        {{{"name", "sets"}, {"description", "Questions about sets and their cells."}},
+         {{"name", "files"}, {"description", "The files of a set, for programs that read it themselves."}},
+         {{"name", "travel"}, {"description", "Sessions, the page for travel and its desks."}},
+         {{"name", "neuroglancer"}, {"description", "Skeletons and their properties, as Neuroglancer reads them."}},
+         {{"name", "catmaid"}, {"description", "What clients of CATMAID read."}},
+         {{"name", "server"}, {"description", "Pages, state and measurements of the server."}}}},
        {"paths", paths},
        {"components",
         {{"schemas", answerSchemas()}, {"securitySchemes", {{"token", {{"type", "http"}, {"scheme", "bearer"}}}}}}}});

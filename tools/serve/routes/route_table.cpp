@@ -37,7 +37,10 @@ const RouteParameter kName{
 const RouteParameter kWhere{
     "where", "string",
     "only cells that meet all conditions, such as layer>=4;mtype=L5_*;measure:tips>20, as cells --where does"};
-const RouteParameter kCursor{"cursor", "string", "continue a list: the cursor of its last answer"};
+const RouteParameter kCursor{"cursor", "string",
+                             "continue a list: the cursor of its last answer; start: from the beginning"};
+
+const RouteParameter kPart{"cursor", "string", "answer in parts: start, then the cursor of the last answer"};
 
 const RouteParameter kVersion{"v", "string", "the version that the page states; the browser then keeps the file"};
 
@@ -143,17 +146,18 @@ std::span<const Route> allRoutes() {
        Scope::read,
        fileAnswer},
       {"GET", "/v1/sets/{set}/nearest", "The segments nearest to a point", kJsonType,
-       withFilters({{"at", "string", "X,Y,Z, um"}, kK, kEpsilon, kRadius, kOwn}), Scope::read, nearestAnswer},
+       withFilters({{"at", "string", "X,Y,Z, um", true}, kK, kEpsilon, kRadius, kOwn}), Scope::read, nearestAnswer},
       {"POST", "/v1/sets/{set}/nearest", "The segments nearest to each of many points", kJsonType,
-       withFilters({kK, kEpsilon, kRadius, kOwn}), Scope::read, nearestAnswer},
+       withFilters({kK, kEpsilon, kRadius, kOwn, kPart}), Scope::read, nearestAnswer},
       {"GET", "/v1/sets/{set}/box", "The segments that meet a box, nearest to its middle first", kJsonType,
-       withFilters({{"lo", "string", "X,Y,Z, um: the lower corner"},
-                    {"hi", "string", "X,Y,Z, um: the upper corner"},
-                    {"limit", "integer", "give at most this many rows, at most 1000000; default: 10000"}}),
+       withFilters({{"lo", "string", "X,Y,Z, um: the lower corner", true},
+                    {"hi", "string", "X,Y,Z, um: the upper corner", true},
+                    {"limit", "integer", "give at most this many rows, at most 1000000; default: 10000"},
+                    kPart}),
        Scope::read, boxAnswer},
       {"GET", "/v1/sets/{set}/ray", "The segments along a ray, the first along it first", kJsonType,
-       withFilters({{"from", "string", "X,Y,Z, um"},
-                    {"direction", "string", "X,Y,Z of any length except 0"},
+       withFilters({{"from", "string", "X,Y,Z, um", true},
+                    {"direction", "string", "X,Y,Z of any length except 0", true},
                     {"k", "integer", "give at most this many rows, at most 10000; default: 1"},
                     {"tolerance", "number", "largest distance from the ray, um; default: 1"},
                     {"slope", "number", "increase of the tolerance for each um along the ray; default: 0"},
@@ -165,8 +169,9 @@ std::span<const Route> allRoutes() {
        kJsonType,
        {{"from", "string",
          "CELL:soma, CELL:ID, CELL:ID+T towards the sample's parent, CELL:X,Y,Z, or CELL:sectionN+POS; a part of a "
-         "name is enough"},
-        {"to", "string", "the same, on the same cell; or tip, for the tip that is farthest along the cell"}},
+         "name is enough",
+         true},
+        {"to", "string", "the same, on the same cell; or tip, for the tip that is farthest along the cell", true}},
        Scope::read,
        pathAnswer},
       {"GET",
@@ -200,7 +205,7 @@ std::span<const Route> allRoutes() {
        "/v1/sets/{set}/contacts",
        "Where a cell comes close to others: rows of the table of filiform contacts",
        kJsonType,
-       {{"cell", "string", "the first cell; a part of a name is enough"},
+       {{"cell", "string", "the first cell; a part of a name is enough", true},
         {"within", "number", "find what lies at most this far apart, um; default: 2"},
         {"types", "string", "TYPE,TYPE: take only segments of these types, of the first and of the second cell"},
         {"surface", "boolean", "true: measure between surfaces, not axes; an unknown radius counts 0"},
@@ -212,7 +217,7 @@ std::span<const Route> allRoutes() {
        "/v1/sets/{set}/density",
        "The length of neurites in each box of a grid, um, and um per um3",
        kJsonType,
-       {{"step", "number", "edge of the boxes, um; needed"},
+       {{"step", "number", "edge of the boxes, um", true},
         {"type", "string", "count only segments of these types: axon, basal, apical, or codes of SWC"},
         kWhere},
        Scope::read,

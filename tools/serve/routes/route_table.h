@@ -16,6 +16,7 @@ struct RouteParameter {
   const char* name;
   const char* kind;  // string, number, integer
   const char* meaning;
+  bool required = false;
 };
 
 struct Route {

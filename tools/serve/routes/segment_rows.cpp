@@ -35,8 +35,11 @@ Answer SegmentRows::take() {
   if (npy_)
     answer.body = npyHeader(segmentRecordType(along_), rows_) + body_;
   else
-    answer.body = std::string("{\"truncated\":") + truncated + ",\"rows\":[" + body_ + "\n]}\n";
+    answer.body = std::string("{\"truncated\":") + truncated +
+                  (in_parts_ ? ",\"cursor\":" + (cursor_ ? jsonText(*cursor_) : "null") : "") + ",\"rows\":[" + body_ +
+                  "\n]}\n";
   answer.headers.emplace_back("Filiform-Truncated", truncated);
+  if (cursor_) answer.headers.emplace_back("Filiform-Cursor", *cursor_);
   body_ = {};
   return answer;
 }

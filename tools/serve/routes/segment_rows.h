@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 namespace filiform::tools {
@@ -19,15 +20,24 @@ class SegmentRows {
   // Adds a row. Without effect, except that the answer becomes truncated, if limits::kAnswerBytes are reached. Throws
   // CorruptSet, IoError, AnswerTimeout.
   void add(std::size_t query, const NearestResult& result, const SegmentLook& look, std::optional<double> along = {});
+  std::size_t size() const { return rows_; }
   // Results were left out.
   void truncate() { truncated_ = true; }
-  // The answer, once: {"truncated": ..., "rows": [...]}, or the array and the header Filiform-Truncated.
+  // The answer comes in parts, and names where the next one begins; nullopt: this is the last one.
+  void continueAt(const std::optional<std::string>& cursor) {
+    cursor_ = cursor;
+    in_parts_ = true;
+    truncated_ = truncated_ || cursor;
+  }
+  // The answer, once: {"truncated": ..., "rows": [...]}, or the array and the header Filiform-Truncated. In parts, also
+  // the member `cursor` and the header Filiform-Cursor.
   Answer take();
 
  private:
   const ServedSet& served_;
   const bool npy_, along_;
-  bool truncated_ = false;
+  bool truncated_ = false, in_parts_ = false;
+  std::optional<std::string> cursor_{};
   std::size_t rows_ = 0;
   std::string body_;
   std::uint32_t cell_ = 0;                             // of the last row

@@ -54,9 +54,10 @@ std::uint32_t cellLike(const ServedSet& served, const std::string& name, const s
 std::vector<std::uint32_t> cellsMeeting(const ServedSet& served, const std::string& conditions);
 
 // Calls use() for each cell that the parameters `name` and `where` choose, from `cursor` on, until use() returns false,
-// or kScannedCells are compared. Returns the cursor of the first cell that is left; nullopt: none.
-std::optional<std::uint32_t> eachListedCell(const Call& call,
-                                            const std::function<bool(std::uint32_t, const CellRecord&)>& use);
+// or kScannedCells are compared. Returns the cursor of the first cell that is left; nullopt: none. Throws as
+// cursorOf().
+std::optional<std::string> eachListedCell(const Call& call,
+                                          const std::function<bool(std::uint32_t, const CellRecord&)>& use);
 
 // Answers a request with a token in its address: a cookie instead, and a redirect to `page` with the other parameters.
 Answer tokenAnswer(const Call& call, const std::string& page);

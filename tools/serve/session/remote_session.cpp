@@ -35,7 +35,7 @@ RemoteSession::RemoteSession(std::shared_ptr<SharedScene> scene, const RemoteSes
   wanted.zoom_um = options.zoom_um;
   wanted.rate_Hz = 1 / RemoteHand::kPeriod_s;
   wanted.stiffness_N_m = options.stiffness_N_m;
-  wanted.shared = scene_->tiles();
+  wanted.shared = scene_->tiles(options.ticker);
   wanted.record = options.record;
   wanted.make_device = [this](const std::string&, double) {
     auto device = std::make_unique<RemoteHand>(options_.hand);

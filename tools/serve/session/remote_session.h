@@ -31,6 +31,7 @@ struct RemoteSessionOptions {
   std::string record{};               // write FILE, FILE.json and FILE.frames; empty: no recording
   std::atomic<bool>* news = nullptr;  // set when the session has a frame to send
   std::uint32_t number = 0;           // spreads the LOCAL MODELs of sessions over the periods
+  std::size_t ticker = 0;             // its place among those of the scene
 };
 
 struct Subscription {

@@ -19,7 +19,7 @@ constexpr std::size_t kMostScenes = 3;          // revisions of one set with ses
 }  // namespace
 
 SessionHouse::SessionHouse(const SetShelf& shelf, const SessionHouseOptions& options)
-    : shelf_(shelf), options_(options), ticker_([this] {
+    : shelf_(shelf), options_(options), tickers_(std::max<std::size_t>(options.threads, 1), [this] {
         if (news_.exchange(false, std::memory_order_acquire) && on_news_) on_news_();
       }) {
   keeper_ = std::thread([this] { keep(); });
@@ -32,7 +32,7 @@ SessionHouse::~SessionHouse() {
   }
   stop_.notify_all();
   keeper_.join();
-  for (Room& room : std::exchange(rooms_, {})) ticker_.remove(*room.session);
+  for (Room& room : std::exchange(rooms_, {})) tickerOf(*room.session).remove(*room.session);
 }
 
 std::shared_ptr<SharedScene> SessionHouse::sceneOf(const std::string& set, const Person* who) {
@@ -48,8 +48,21 @@ std::shared_ptr<SharedScene> SessionHouse::sceneOf(const std::string& set, const
   }
   if (revisions >= kMostScenes)
     throw Refusal(503, "sessions on older revisions of this set take its memory; ask again when they have ended");
-  const std::uint64_t part = options_.budget_bytes / std::max<std::size_t>(shelf_.all().size(), 1);
-  const auto scene = std::make_shared<SharedScene>(served, part, ticker_);
+  // The first set takes half of the budget, the next one half of the rest: few of many sets have sessions at once.
+  std::uint64_t part = options_.budget_bytes;
+  if (shelf_.all().size() > 1) {
+    {
+      const std::lock_guard lock(mutex_);
+      for (const Scene& scene : scenes_)
+        if (scene.scene->served().name() != set) part -= std::min(part, scene.scene->residency().budget_bytes());
+    }
+    const std::uint64_t least = Residency::floorBytes(served->set());
+    if (part < least && least <= options_.budget_bytes)
+      throw Refusal(503,
+                    "sessions on other sets take the memory that sessions may have; ask again when they have ended");
+    part = std::max(part / 2, least);
+  }
+  const auto scene = std::make_shared<SharedScene>(served, part, tickers_.tickers());
   const std::lock_guard lock(mutex_);
   scenes_.push_back({scene, std::chrono::steady_clock::now()});
   return scene;
@@ -69,18 +82,30 @@ std::shared_ptr<RemoteSession> SessionHouse::open(const std::string& set, Remote
   if (!options_.record_folder.empty())
     options.record = options_.record_folder + "/session-" + std::to_string(::getpid()) + "-" +
                      std::to_string(options.number) + ".rec";
-  const auto session = std::make_shared<RemoteSession>(sceneOf(set, who), options);
-  ticker_.add(*session);
+  const std::optional<std::size_t> place = tickers_.enter();
+  if (!place)
+    throw Refusal(503, "the sessions of this server take the time that it has for them; ask again when one has ended");
+  options.ticker = *place;
+  std::shared_ptr<RemoteSession> session;
+  try {
+    session = std::make_shared<RemoteSession>(sceneOf(set, who), options);
+  } catch (...) {
+    tickers_.leave(*place);
+    throw;
+  }
+  Ticker& ticker = tickerOf(*session);
+  ticker.add(*session);
   const std::lock_guard lock(mutex_);
   rooms_.push_back({session, {}});
-  if (const std::string refusal = ticker_.refusal(); options.number == 1 && !refusal.empty())
+  if (const std::string refusal = ticker.refusal(); options.number == 1 && !refusal.empty())
     problems_.push_back("sessions: " + refusal);
   return session;
 }
 
 void SessionHouse::close(const std::shared_ptr<RemoteSession>& session) {
   if (session == nullptr) return;
-  ticker_.remove(*session);
+  tickerOf(*session).remove(*session);
+  tickers_.leave(session->options().ticker);
   std::string problem;
   try {
     session->finish();
@@ -142,6 +167,7 @@ void SessionHouse::keep() {
   for (int round = 0; !stopping_; ++round) {
     lock.unlock();
     serveRooms();
+    tickers_.observe();
     if (round % 100 == 0) takeIdleScenes();
     lock.lock();
     if (rooms_.empty() && scenes_.empty())
@@ -153,7 +179,7 @@ void SessionHouse::keep() {
 
 SessionFigures SessionHouse::figures() const {
   SessionFigures figures;
-  figures.ticker = ticker_.counters();
+  figures.ticker = tickers_.counters();
   const std::lock_guard lock(mutex_);
   figures.open = rooms_.size();
   figures.opened = opened_;

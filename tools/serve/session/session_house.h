@@ -1,8 +1,9 @@
-// SessionHouse: all sessions of a server. One thread ticks them, one keeps house; the sessions on one revision of a set
-// share its tiles and their budget. Thread rule: internally synchronised.
+// SessionHouse: all sessions of a server. A pool of threads ticks them, one keeps house; the sessions on one revision
+// of a set share its tiles and their budget. Thread rule: internally synchronised.
 #pragma once
 
 #include "tools/serve/session/remote_session.h"
+#include "tools/serve/session/ticker_pool.h"
 #include "tools/serve/sets/set_shelf.h"
 
 #include <atomic>
@@ -20,10 +21,11 @@
 namespace filiform::tools {
 
 struct SessionHouseOptions {
-  // Of the tiles of all sessions; each set has an equal part. While sessions on an older revision of a set last, that
-  // revision has a part of its own.
+  // Of the tiles of all sessions. One set has it all; of several, the first one that has sessions takes half, the next
+  // one half of the rest. While sessions on an older revision of a set last, that revision has a part of its own.
   std::uint64_t budget_bytes = std::uint64_t{256} << 20;
   std::size_t most_sessions = 100;
+  std::size_t threads = 1;      // that tick sessions
   std::string record_folder{};  // write each session's recording here; empty: none
 };
 
@@ -38,13 +40,14 @@ class SessionHouse {
   SessionHouse(const SetShelf& shelf, const SessionHouseOptions& options);
   ~SessionHouse();
 
-  // `news` is called on the ticking thread after a round in which a session got a frame to send. It must not wait. Call
+  // `news` is called on a ticking thread after a round in which a session got a frame to send. It must not wait. Call
   // this while there are no sessions.
   void onNews(std::function<void()> news) { on_news_ = std::move(news); }
 
   // Begins a session on the newest revision of a set; it ticks until close(). `replaces`: the client closes another
   // session at once, which does not count. Throws Refusal 404 for a set that is unknown, or that `who` may not know of,
-  // and 503 if there are too many sessions; UsageError for options or a budget out of range; CorruptTile, IoError.
+  // and 503 if there are too many sessions, or no thread has time for another; UsageError for options or a budget out
+  // of range; CorruptTile, IoError.
   std::shared_ptr<RemoteSession> open(const std::string& set, RemoteSessionOptions options, bool replaces = false,
                                       const Person* who = nullptr);
   // Ends a session and its recording. A failure of the recording becomes a problem.
@@ -70,6 +73,7 @@ class SessionHouse {
     std::shared_ptr<SharedScene> scene;
     std::chrono::steady_clock::time_point used;  // when a session last was on it
   };
+  Ticker& tickerOf(const RemoteSession& session) const { return *tickers_.tickers()[session.options().ticker]; }
   std::shared_ptr<SharedScene> sceneOf(const std::string& set, const Person* who);
   void keep();
   void serveRooms();
@@ -79,7 +83,7 @@ class SessionHouse {
   const SessionHouseOptions options_;
   std::function<void()> on_news_;
   std::atomic<bool> news_{false};
-  Ticker ticker_;
+  TickerPool tickers_;
   mutable std::mutex mutex_;
   std::mutex opening_;  // one session is opened at a time
   std::condition_variable stop_;

@@ -12,21 +12,22 @@ constexpr std::uint64_t kSearchBytes = std::uint64_t{16} << 20;  // of tiles kep
 
 }  // namespace
 
-SharedScene::SharedScene(std::shared_ptr<const ServedSet> served, std::uint64_t budget_bytes, Ticker& ticker)
+SharedScene::SharedScene(std::shared_ptr<const ServedSet> served, std::uint64_t budget_bytes,
+                         const std::vector<Ticker*>& tickers)
     : served_(std::move(served)),
-      ticker_(ticker),
       residency_(served_->set(), {.budget_bytes = budget_bytes}),
-      reader_(residency_.addReader("sessions")),
       places_(served_->store(), {.budget_bytes = std::max(kSearchBytes, 2 * served_->set().floorBytes())}) {
+  for (Ticker* const ticker : tickers)
+    parts_.push_back(std::make_unique<Part>(*ticker, residency_.addReader("sessions")));
   residency_.start();
-  ticker_.add(*this, true);
+  for (const auto& part : parts_) part->ticker.add(*part, true);
 }
 
 SharedScene::~SharedScene() {
-  ticker_.remove(*this);
+  for (const auto& part : parts_) part->ticker.remove(*part);
   residency_.stop();
 }
 
-void SharedScene::tick(std::uint64_t) noexcept { reader_.apply(kMessagesOfTick); }
+void SharedScene::Part::tick(std::uint64_t) noexcept { reader.apply(kMessagesOfTick); }
 
 }  // namespace filiform::tools

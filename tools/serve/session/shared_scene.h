@@ -1,5 +1,5 @@
 // SharedScene: one revision of a set, with the tiles that the sessions on it share. Thread rule: internally
-// synchronised; tick() is the ticking thread's.
+// synchronised.
 #pragma once
 
 #include "solver/travel/hand/shared_tiles.h"
@@ -7,31 +7,41 @@
 #include "tools/serve/session/ticker.h"
 #include "tools/serve/sets/served_set.h"
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <vector>
 
 namespace filiform::tools {
 
-class SharedScene final : public Ticked {
+class SharedScene {
  public:
-  // Starts the reading of tiles, and has `ticker` take the loader's messages. Throws UsageError if the budget is below
-  // the minimum; CorruptTile, IoError.
-  SharedScene(std::shared_ptr<const ServedSet> served, std::uint64_t budget_bytes, Ticker& ticker);
-  ~SharedScene() override;
+  // Starts the reading of tiles, and has each of `tickers` take the loader's messages for its sessions. Throws
+  // UsageError if the budget is below the minimum; CorruptTile, IoError.
+  SharedScene(std::shared_ptr<const ServedSet> served, std::uint64_t budget_bytes, const std::vector<Ticker*>& tickers);
+  ~SharedScene();
 
   const ServedSet& served() const { return *served_; }
   const TileSet& set() const { return served_->set(); }
-  SharedTiles tiles() { return {&residency_, &reader_}; }
+  // For a session that the ticker with this place among `tickers` ticks.
+  SharedTiles tiles(std::size_t ticker) { return {&residency_, &parts_[ticker]->reader}; }
   Residency& residency() { return residency_; }
   const PlaceFinder& places() const { return places_; }
 
-  void tick(std::uint64_t period) noexcept override;
+  // What a ticker does first in each round.
+  void takeMessages(std::size_t ticker) noexcept { parts_[ticker]->tick(0); }
 
  private:
+  struct Part final : Ticked {
+    Part(Ticker& by, TileReader& of) : ticker(by), reader(of) {}
+    void tick(std::uint64_t period) noexcept override;
+    Ticker& ticker;
+    TileReader& reader;
+  };
+
   const std::shared_ptr<const ServedSet> served_;
-  Ticker& ticker_;
   Residency residency_;
-  TileReader& reader_;
+  std::vector<std::unique_ptr<Part>> parts_;
   const PlaceFinder places_;
 };
 

@@ -14,9 +14,9 @@ namespace {
 
 constexpr int kTickerPriority = 40;  // below that of a haptic loop of this machine
 
-std::uint64_t now_ns() {
+std::uint64_t now_ns(clockid_t clock = CLOCK_MONOTONIC) {
   timespec now{};
-  ::clock_gettime(CLOCK_MONOTONIC, &now);
+  ::clock_gettime(clock, &now);
   return static_cast<std::uint64_t>(now.tv_sec) * 1'000'000'000u + static_cast<std::uint64_t>(now.tv_nsec);
 }
 
@@ -70,7 +70,7 @@ bool Ticker::takeChange() {
     taken_version_ = wanted_version_;
     taken_.notify_all();
     changed_ = false;
-    if (stopping_ || !all_.empty()) break;
+    if (stopping_ || !all_.empty() || !first_.empty()) break;
     waited = true;
     wake_.wait(lock, [&] { return stopping_ || changed_; });
   } while (!stopping_);
@@ -87,7 +87,7 @@ void Ticker::run() {
   }
   std::uint64_t begin_ns = now_ns(), period = 0;
   for (;;) {
-    if (changed_ || all_.empty()) {
+    if (changed_ || (all_.empty() && first_.empty())) {
       const bool waited = takeChange();
       {
         const std::lock_guard lock(mutex_);
@@ -122,7 +122,9 @@ void Ticker::run() {
 }
 
 TickerCounters Ticker::counters() const {
-  return {rounds_.load(), ticks_.load(), due_.load(), late_.load(), longest_us_.load()};
+  clockid_t clock{};
+  const bool known = ::pthread_getcpuclockid(const_cast<std::thread&>(thread_).native_handle(), &clock) == 0;
+  return {rounds_.load(), ticks_.load(), due_.load(), late_.load(), longest_us_.load(), known ? now_ns(clock) : 0};
 }
 
 std::string Ticker::refusal() const {

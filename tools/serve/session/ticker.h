@@ -28,6 +28,7 @@ struct TickerCounters {
   std::uint64_t due = 0;         // ticks that were due, those of left-out periods included
   std::uint64_t late = 0;        // of those: left out, or ended more than a period after they were due
   std::uint64_t longest_us = 0;  // longest round
+  std::uint64_t busy_ns = 0;     // processor time of the thread
 };
 
 class Ticker {

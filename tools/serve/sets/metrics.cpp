@@ -180,6 +180,9 @@ std::string Metrics::text(const SetShelf& shelf, const std::string& version, con
   one("filiform_session_ticks_total", "counter", "Ticks of all sessions.", session_ticks);
   one("filiform_session_late_ticks_total", "counter",
       "Ticks of sessions that ended more than 1 ms after they were due, or were left out.", session_late_ticks);
+  describeMetric(text, "filiform_session_busy_seconds_total", "counter",
+                 "Processor time of the threads that tick sessions.");
+  addMetric(text, "filiform_session_busy_seconds_total", "", formatNumber(1e-3 * static_cast<double>(session_busy_ms)));
   one("filiform_session_tile_bytes", "gauge", "Bytes of the tiles of all sessions in memory.", session_tile_bytes);
   addSets(text, shelf, who);
   describeMetric(text, "filiform_stale_sets", "gauge", "Sets whose newest revision cannot be read.");

@@ -33,7 +33,8 @@ class Metrics {
   std::atomic<std::uint64_t> unreadable{0};           // answers that failed at a damaged or missing part of a set
   std::atomic<std::uint64_t> left_answers{0};         // that nobody waited for any more
   // WebSockets open now; ticks of sessions so far, those of them that were late; tiles of sessions in memory now.
-  std::atomic<std::uint64_t> sessions{0}, session_ticks{0}, session_late_ticks{0}, session_tile_bytes{0};
+  std::atomic<std::uint64_t> sessions{0}, session_ticks{0}, session_late_ticks{0}, session_busy_ms{0},
+      session_tile_bytes{0};
 
   // Prometheus text, version 0.0.4. `version`: of the program. `who`: gets the lines of sets that this person may know
   // of, and the lines of people if these are all sets, else the own line.

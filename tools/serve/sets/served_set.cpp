@@ -37,6 +37,13 @@ ServedSet::ServedSet(std::string name, const std::string& path, std::uint64_t bu
       sample_ids_(store_, budget_bytes / 4),
       looks_(nearest_.tiles(), budget_bytes / 16) {}
 
+void ServedSet::setBudget(std::uint64_t budget_bytes) const {
+  kept_.setBudget(budget_bytes / 16 * 3);
+  nearest_.setBudget(budget_bytes / 8 * 3);
+  filtered_.setBudget(budget_bytes / 8);
+  sample_ids_.setBudget(budget_bytes / 4);
+}
+
 const CellNumbers& ServedSet::cellNumbers() const {
   const std::lock_guard lock(late_mutex_);
   if (!numbers_) numbers_.emplace(store_, TimedStore::check);

@@ -34,6 +34,8 @@ class ServedSet {
             std::size_t open_files = 0);
 
   const std::string& name() const { return name_; }
+  // Keeps in memory, of what searches need, so many bytes from now on. O(what goes).
+  void setBudget(std::uint64_t budget_bytes) const;
   const TileSet& set() const { return *set_; }
   const std::shared_ptr<const TileSet>& sharedSet() const { return set_; }
   const Levels* levels() const { return levels_.get(); }  // nullptr: the set has none
@@ -58,7 +60,7 @@ class ServedSet {
   const std::unique_ptr<const Levels> levels_;
   const CellAttributes attributes_;
   const TimedStore store_;
-  const KeptTiles kept_;
+  mutable KeptTiles kept_;
   const Nearest nearest_;
   mutable FilteredSearches filtered_;
   const TileFinder finder_;

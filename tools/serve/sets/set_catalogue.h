@@ -3,7 +3,7 @@
 //   [column]
 //   address = "s3://sets/lab/column.fil"    # or a folder; relative ones begin at the catalogue's folder
 //   token-file = "/etc/filiform/store"      # of the source; default: that of --source-token-file
-//   budget = "2GiB"                         # of memory; default: an equal part of what the others leave of --budget
+//   budget = "2GiB"                         # of memory; default: a part of what the others leave of --budget
 //   readers = ["ann", "*@lab.example"]      # who may see it: names or patterns of people; default: everybody
 //
 // Functions without state.

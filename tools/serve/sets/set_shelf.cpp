@@ -16,6 +16,7 @@ namespace filiform::tools {
 
 namespace {
 
+constexpr std::chrono::seconds kLately{60};  // a set that was asked for keeps its part of the budget for so long
 constexpr std::chrono::seconds kFarLook{10};
 constexpr std::size_t kOpenedAtOnce = 8;  // sets that are opened
 
@@ -120,6 +121,7 @@ void SetShelf::open(Slot& slot) const {
   }
   slot.current.swap(opened);
   slot.is_stale = false;
+  slot.budget_bytes = part_bytes_;
 }
 
 void SetShelf::replace(const std::vector<ShelfEntry>& entries) {
@@ -183,6 +185,7 @@ std::shared_ptr<const ServedSet> SetShelf::find(const std::string& name, const P
   const Slot* const found = slot(name);
   if (found == nullptr || !sees(who, *found)) return nullptr;
   ++*found->requests;
+  found->asked = std::chrono::steady_clock::now();
   return found->current;
 }
 
@@ -208,6 +211,29 @@ std::shared_ptr<const TileSet> SetShelf::revision(const std::string& name, const
   return nullptr;
 }
 
+void SetShelf::shareBudget() {
+  std::vector<std::pair<std::shared_ptr<const ServedSet>, std::uint64_t>> changed;
+  std::unique_lock lock(mutex_);
+  std::uint64_t free_bytes = budget_bytes_;
+  std::vector<Slot*> asked, others;
+  const auto now = std::chrono::steady_clock::now();
+  for (Slot& slot : slots_) {
+    free_bytes -= std::min(free_bytes, slot.entry.budget_bytes);
+    if (slot.entry.budget_bytes != 0 || slot.current == nullptr) continue;
+    const bool lately = slot.asked != std::chrono::steady_clock::time_point{} && now - slot.asked < kLately;
+    (lately ? asked : others).push_back(&slot);
+  }
+  const std::uint64_t rest = others.empty() ? 0 : asked.empty() ? free_bytes : free_bytes / 8;
+  for (const auto& [slots, bytes] : {std::pair(&asked, free_bytes - rest), std::pair(&others, rest)})
+    for (Slot* const slot : *slots) {
+      const std::uint64_t part = bytes / slots->size();
+      if (slot->budget_bytes != part) changed.emplace_back(slot->current, part);
+      slot->budget_bytes = part;
+    }
+  lock.unlock();
+  for (const auto& [set, part] : changed) set->setBudget(part);
+}
+
 std::vector<std::string> SetShelf::refresh() {
   std::vector<std::string> problems;
   runItems(slots_.size(), kOpenedAtOnce, [&](std::size_t i) {
@@ -230,6 +256,7 @@ std::vector<std::string> SetShelf::refresh() {
     const std::lock_guard lock(mutex_);
     slot.problem = std::move(problem);
   });
+  shareBudget();
   const std::lock_guard lock(mutex_);
   for (const Slot& slot : slots_)
     if (!slot.problem.empty()) problems.push_back(slot.problem);

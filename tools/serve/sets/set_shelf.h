@@ -26,7 +26,7 @@ namespace filiform::tools {
 struct ShelfEntry {
   std::string name, path;  // the path: a folder or an address
   RemoteOptions remote{};
-  std::uint64_t budget_bytes = 0;  // 0: an equal part of what the others leave
+  std::uint64_t budget_bytes = 0;  // 0: a part of what the others leave, as it is used
   std::size_t open_files = 0;      // of a set in a folder, at least 3, that stay open; 0: half of the process's limit
   std::vector<std::string> readers = {};  // names or patterns of people; empty: everybody
 
@@ -71,8 +71,9 @@ class SetShelf {
   std::shared_ptr<const TileSet> revision(const std::string& name, const std::string& revision) const;
 
   // Reads CURRENT of each set, and opens newer revisions; every ten seconds for a set at an address, or that is not
-  // open. A set that cannot be opened keeps its revision. Returns one line for each set that could not be read. One
-  // thread at a time. O(sets), plus opening.
+  // open. A set that cannot be opened keeps its revision. Returns one line for each set that could not be read. Then
+  // shares the budget anew: sets that were asked for in the last minute have seven eighths of it, the others the rest.
+  // One thread at a time. O(sets), plus opening.
   std::vector<std::string> refresh();
   // The lines of the last refresh().
   std::vector<std::string> problems() const;
@@ -80,12 +81,14 @@ class SetShelf {
  private:
   struct Slot {
     ShelfEntry entry;
-    std::shared_ptr<const TileSource> watched{};          // of a set at an address
-    std::shared_ptr<const ServedSet> current{};           // nullptr: never opened
-    std::vector<std::shared_ptr<const TileSet>> older{};  // latest first
-    std::chrono::steady_clock::time_point next_look{};    // of a set at an address, or not open
-    std::string problem{};                                // of its last look
-    bool is_stale = false;                                // `current` is that of an earlier entry
+    std::shared_ptr<const TileSource> watched{};            // of a set at an address
+    std::shared_ptr<const ServedSet> current{};             // nullptr: never opened
+    std::vector<std::shared_ptr<const TileSet>> older{};    // latest first
+    std::chrono::steady_clock::time_point next_look{};      // of a set at an address, or not open
+    std::string problem{};                                  // of its last look
+    bool is_stale = false;                                  // `current` is that of an earlier entry
+    mutable std::chrono::steady_clock::time_point asked{};  // last; under the mutex
+    std::uint64_t budget_bytes = 0;                         // of `current`
     // Of find(); also of the slot that replaces this one.
     std::shared_ptr<std::atomic<std::uint64_t>> requests = std::make_shared<std::atomic<std::uint64_t>>(0);
   };
@@ -96,6 +99,7 @@ class SetShelf {
   std::exception_ptr openNew(std::vector<Slot>& slots) const;
   const Slot* slot(const std::string& name) const;
   static bool sees(const Person* who, const Slot& slot);
+  void shareBudget();
 
   const std::uint64_t budget_bytes_;
   std::uint64_t part_bytes_ = 0;  // of a set without a budget of its own

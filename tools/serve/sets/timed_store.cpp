@@ -11,12 +11,14 @@ namespace filiform::tools {
 namespace {
 
 thread_local std::optional<std::chrono::steady_clock::time_point> answer_deadline;
+thread_local double answer_time_s = 0;
 thread_local const std::atomic<bool>* answer_left = nullptr;
 
 }  // namespace
 
 TimedStore::Limit::Limit(double seconds, const std::atomic<bool>* left) {
   answer_left = left;
+  answer_time_s = seconds;
   answer_deadline = std::chrono::steady_clock::now() + std::chrono::duration_cast<std::chrono::steady_clock::duration>(
                                                            std::chrono::duration<double>(seconds));
 }
@@ -29,6 +31,11 @@ TimedStore::Limit::~Limit() {
 bool TimedStore::isOver() {
   return (answer_left != nullptr && *answer_left) ||
          (answer_deadline && std::chrono::steady_clock::now() >= *answer_deadline);
+}
+
+bool TimedStore::isOver(double share) {
+  const std::chrono::duration<double> rest((1 - share) * answer_time_s);
+  return answer_deadline && std::chrono::steady_clock::now() + rest >= *answer_deadline;
 }
 
 void TimedStore::check() {

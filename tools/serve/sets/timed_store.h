@@ -32,6 +32,8 @@ class TimedStore final : public ForwardingStore {
   static bool isOver();  // true where check() throws
   // Reads so far that ended with CorruptTile.
   std::uint64_t damagedReads() const { return damaged_; }
+  // True when this share of the time is over; false without a limit.
+  static bool isOver(double share);
 
   std::shared_ptr<const Tile> load(TileId tile) const override;
   TileAppearance loadAppearance(TileId tile) const override;

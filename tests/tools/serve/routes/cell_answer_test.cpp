@@ -32,9 +32,12 @@ TEST(CellAnswer, ListsMatchNames) {
   EXPECT_EQ(sets.json("/v1/sets/fork/cells?name=s*e").at("cells").size(), 1u);
   EXPECT_EQ(sets.json("/v1/sets/fork/cells?name=S*E").at("cells").size(), 1u) << "letter case does not count";
   EXPECT_EQ(sets.json("/v1/sets/fork/cells?name=x*").at("cells").size(), 0u);
-  EXPECT_EQ(sets.json("/v1/sets/fork/cells?cursor=1").at("cells").size(), 1u);
-  EXPECT_EQ(sets.json("/v1/sets/fork/cells?cursor=99").at("cells").size(), 0u);
-  EXPECT_EQ(sets.get("/v1/sets/fork/cells?cursor=x").status, 400u);
+  const std::string cells = "/v1/sets/fork/cells?cursor=", revision = sets.shelf->find("fork")->set().revision();
+  EXPECT_EQ(sets.json(cells + "start").at("cells").size(), 2u);
+  EXPECT_EQ(sets.json(cells + revision + ":1").at("cells").size(), 1u);
+  EXPECT_EQ(sets.json(cells + revision + ":99").at("cells").size(), 0u);
+  EXPECT_EQ(sets.get(cells + "x").status, 400u);
+  EXPECT_EQ(sets.get(cells + "x" + revision + ":1").status, 410u);
 }
 
 TEST(CellAnswer, ConditionsOnAttributesChooseTheCells) {
@@ -42,7 +45,11 @@ TEST(CellAnswer, ConditionsOnAttributesChooseTheCells) {
   const Json found = sets.json("/v1/sets/column/cells?where=layer%3E=4;mtype=*odd");
   ASSERT_EQ(found.at("cells").size(), 3u);
   EXPECT_EQ(found["cells"][0].at("attributes").at("layer"), 5);
-  EXPECT_EQ(sets.json("/v1/sets/column/cells?where=layer%3C=4&cursor=3").at("cells").size(), 2u);
+  EXPECT_EQ(
+      sets.json("/v1/sets/column/cells?where=layer%3C=4&cursor=" + sets.shelf->find("column")->set().revision() + ":3")
+          .at("cells")
+          .size(),
+      2u);
   // measure: of cells; several conditions with one on attributes.
   const Json measured = sets.json("/v1/sets/column/cells?where=measure:length%3E0;layer%3E=4;attribute:mtype=*odd");
   EXPECT_EQ(measured.at("cells"), found.at("cells"));
@@ -75,10 +82,11 @@ TEST(CellAnswer, MeasuresAreThoseOfTheTable) {
     for (const Json& row : answer.at("rows")) rows.push_back(row);
   }
   EXPECT_EQ(rows, expected);
-  const Json page = sets.json("/v1/sets/column/measures?cursor=1&where=layer%3E=4");
+  const std::string second = "cursor=" + set.revision() + ":1&where=layer%3E=4";
+  const Json page = sets.json("/v1/sets/column/measures?" + second);
   EXPECT_EQ(page.at("cursor"), nullptr);
   for (const Json& row : page.at("rows")) EXPECT_GT(row.at("length_um").get<double>(), 0);
-  EXPECT_EQ(page.at("rows").size(), sets.json("/v1/sets/column/cells?cursor=1&where=layer%3E=4").at("cells").size());
+  EXPECT_EQ(page.at("rows").size(), sets.json("/v1/sets/column/cells?" + second).at("cells").size());
   for (const char* const wrong : {"per=cel", "per=set", "features=lenth", "type=soma", "sholl=0", "sholl=nan",
                                   "sholl=5&per=branch", "where=layer"}) {
     const Answer answer = sets.get(std::string("/v1/sets/column/measures?") + wrong);

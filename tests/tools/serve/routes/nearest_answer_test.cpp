@@ -3,11 +3,14 @@
 #include "tests/support/servers/served_sets.h"
 #include "tools/serve/sets/limits.h"
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <functional>
 #include <random>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 #include <zlib.h>
 
@@ -103,6 +106,67 @@ TEST_F(NearestAnswer, ARadiusFindsAllWithin) {
   EXPECT_EQ(samples, (std::set<std::int64_t>{2, 3, 4, 5}));
   EXPECT_EQ(sets_.json("/v1/sets/fork/nearest?at=10,0,0&radius=0.5&k=9").at("rows").size(), 3u);
   EXPECT_EQ(sets_.json("/v1/sets/fork/nearest?at=1000,0,0&radius=1").at("rows").size(), 0u);
+}
+
+// The rows of all parts of an answer, and the number of parts.
+std::pair<std::vector<Json>, std::size_t> allParts(const std::function<Json(const std::string& cursor)>& ask) {
+  std::pair<std::vector<Json>, std::size_t> all;
+  for (Json cursor = "start"; !cursor.is_null(); ++all.second) {
+    const Json part = ask(cursor.get<std::string>());
+    cursor = part.at("cursor");
+    EXPECT_EQ(part.at("truncated"), !cursor.is_null());
+    for (const Json& row : part.at("rows")) all.first.push_back(row);
+  }
+  return all;
+}
+
+TEST_F(NearestAnswer, ThePartsOfABoxHoldEachOfItsSegmentsOnce) {
+  const std::string box = "/v1/sets/column/box?lo=-100,-100,-100&hi=300,300,300";
+  std::set<std::pair<std::string, int>> whole, parts;
+  for (const Json& row : sets_.json(box).at("rows")) whole.emplace(row.at("cell"), row.at("segment"));
+  const auto [rows, count] =
+      allParts([&](const std::string& cursor) { return sets_.json(box + "&limit=7&cursor=" + cursor); });
+  for (const Json& row : rows) EXPECT_TRUE(parts.emplace(row.at("cell"), row.at("segment")).second) << row;
+  EXPECT_EQ(parts, whole);
+  EXPECT_EQ(count, (whole.size() + 6) / 7);
+  const Answer npy = sets_.get(box + "&limit=7&cursor=start", {{"accept", "application/x-npy"}});
+  EXPECT_EQ(test::npyRows(npy.body).size(), 7U);
+  EXPECT_FALSE(npy.header("Filiform-Cursor").empty());
+}
+
+TEST_F(NearestAnswer, ThePartsOfABatchAreTheBatch) {
+  const std::string body = test::npyOf(points(1500));
+  const std::map<std::string, std::string> headers{{"content-type", kNpyType}, {"accept", kNpyType}};
+  const auto rowsOf = [&](const std::string& cursor, std::string* next) {
+    const Answer answer = sets_.ask("POST", "/v1/sets/column/nearest?k=100" + cursor, headers, body);
+    EXPECT_EQ(answer.status, 200U) << answer.body;
+    if (next != nullptr) *next = answer.header("Filiform-Cursor");
+    return test::npyRows(answer.body);
+  };
+  const std::vector<NpyRow> whole = rowsOf("", nullptr);
+  ASSERT_EQ(whole.size(), 150000U);
+  std::vector<NpyRow> parts;
+  std::size_t count = 0;
+  for (std::string cursor = "start"; !cursor.empty(); ++count)
+    for (const NpyRow& row : rowsOf("&cursor=" + std::string(cursor), &cursor)) parts.push_back(row);
+  EXPECT_EQ(count, 2U);
+  ASSERT_EQ(parts.size(), whole.size());
+  for (std::size_t i = 0; i < whole.size(); ++i) {
+    ASSERT_EQ(parts[i].query, whole[i].query);
+    ASSERT_EQ(parts[i].segment, whole[i].segment);
+  }
+}
+
+TEST_F(NearestAnswer, ACursorIsOfOneRevisionAndNothingElse) {
+  const std::string box = "/v1/sets/column/box?lo=-100,-100,-100&hi=300,300,300&limit=3&cursor=";
+  const std::string cursor = sets_.json(box + "start").at("cursor");
+  EXPECT_EQ(sets_.get(box + "x" + cursor).status, 410U);
+  for (const std::string& wrong :
+       {std::string(), std::string("1"), cursor + ":1", cursor + "x", cursor.substr(0, cursor.rfind(':'))})
+    EXPECT_EQ(sets_.get(box + wrong).status, 400U) << wrong;
+  EXPECT_EQ(sets_.get(box + "start&cells=true").status, 400U);
+  const std::string far = cursor.substr(0, cursor.find(':')) + ":4294967295:18446744073709551615";
+  EXPECT_EQ(sets_.json(box + far).at("rows").size(), 0U);
 }
 
 TEST_F(NearestAnswer, BoxesAndRaysAreThoseOfTheLibrary) {

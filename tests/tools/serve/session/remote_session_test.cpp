@@ -25,7 +25,8 @@ constexpr double kDt_s = RemoteHand::kPeriod_s;
 class RemoteSessions : public ::testing::Test {
  protected:
   std::unique_ptr<RemoteSession> begin(const std::string& set, RemoteSessionOptions options = {}) {
-    scene_ = std::make_shared<SharedScene>(sets_.shelf->find(set), std::uint64_t{16} << 20, ticker_);
+    scene_ =
+        std::make_shared<SharedScene>(sets_.shelf->find(set), std::uint64_t{16} << 20, std::vector<Ticker*>{&ticker_});
     return std::make_unique<RemoteSession>(scene_, options);
   }
   // Places the proxy, and ticks until it is there and its tile too.
@@ -49,7 +50,7 @@ class RemoteSessions : public ::testing::Test {
   }
   void tick(RemoteSession& session, std::uint64_t periods = 1) {
     period_ += periods;
-    scene_->tick(period_);
+    scene_->takeMessages(0);
     session.tick(period_);
     session.afterAll(0.0005);
     session.serve();
@@ -160,7 +161,7 @@ TEST_F(RemoteSessions, ATickMakesNoAllocation) {
     push(*session, {0.00002 * i, 0.00001 * i, 0});
     ++period_;
     test::NoAllocGuard guard;
-    scene_->tick(period_);
+    scene_->takeMessages(0);
     session->tick(period_);
     session->afterAll(0.0005);
     const test::ForbiddenCalls calls = guard.calls();

@@ -34,6 +34,28 @@ TEST(SetShelf, ASetMayHaveANameOfItsOwn) {
   }
 }
 
+TEST(SetShelf, MemoryGoesToTheSetsThatAreAskedFor) {
+  const test::ServedSets sets;
+  const std::vector<ShelfEntry> entries =
+      shelfEntries({sets.folder / "column.fil", "second=" + sets.folder / "column.fil"});
+  const auto kept = [](const SetShelf& shelf) {
+    const Nearest& nearest = shelf.all().front()->nearest();
+    for (int x = -200; x <= 500; x += 10)
+      for (int z = -200; z <= 500; z += 50) nearest.find({1.0 * x, 0, 1.0 * z});
+    return nearest.bytes();
+  };
+  const std::uint64_t all = kept(SetShelf(entries, std::uint64_t{1} << 30));
+  SetShelf shelf(entries, 8 * all);  // three eighths of a set's part are for searches
+  EXPECT_EQ(kept(shelf), all);
+  ASSERT_NE(shelf.find("second"), nullptr);
+  shelf.refresh();  // the first one was never asked for: an eighth of the budget, and of that three eighths
+  EXPECT_LT(shelf.all().front()->nearest().bytes(), all);
+  EXPECT_LT(kept(shelf), all);
+  ASSERT_NE(shelf.find("column"), nullptr);
+  shelf.refresh();
+  EXPECT_EQ(kept(shelf), all);
+}
+
 TEST(SetShelf, ServesWhatCanBeReadAndSaysWhatCannot) {
   test::ServedSets sets;
   const std::string good = sets.folder / "fork.fil", late = sets.folder / "late.fil";
