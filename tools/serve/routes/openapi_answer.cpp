@@ -37,7 +37,7 @@ std::string operationId(const Route& route) {
   return id == "get" ? "getPage" : id;
 }
 
-const char* tagOf(std::string_view path) {
+const char* topicOf(std::string_view path) {
   if (path.starts_with("/precomputed")) return "neuroglancer";
   if (path.starts_with("/catmaid")) return "catmaid";
   if (path.starts_with("/v1/sets")) return path.find("/files") == std::string_view::npos ? "sets" : "files";
@@ -97,7 +97,7 @@ Json operationOf(const Route& route) {
       {"description", "a problem"},
       {"content", {{"application/problem+json", {{"schema", {{"$ref", "#/components/schemas/Problem"}}}}}}}};
   Json operation{{"operationId", operationId(route)},
-                 {"tags", {tagOf(path)}},
+                 {"tags", {topicOf(path)}},
                  {"summary", route.summary},
                  {"description", std::string(route.summary) + '.'},
                  {"parameters", parametersOf(route)}};

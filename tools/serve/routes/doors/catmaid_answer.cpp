@@ -1,7 +1,7 @@
 // The answers of the read-only interface for CATMAID's clients, such as Neuroglancer's spatially indexed skeletons.
 #include "index/query/cell_graph.h"
 #include "index/text.h"
-#include "tools/serve/routes/catmaid_nodes.h"
+#include "tools/serve/routes/doors/catmaid_nodes.h"
 #include "tools/serve/routes/service.h"
 #include "tools/serve/sets/limits.h"
 

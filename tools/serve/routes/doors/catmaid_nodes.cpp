@@ -1,4 +1,4 @@
-#include "tools/serve/routes/catmaid_nodes.h"
+#include "tools/serve/routes/doors/catmaid_nodes.h"
 
 #include "index/tile/box_region.h"
 #include "tools/serve/sets/limits.h"
