@@ -120,7 +120,7 @@ constexpr const char* kSchemas = R"json({
     "properties": {
       "ids": {"type": "array", "uniqueItems": true, "items": {"type": "string", "pattern": "^[1-9][0-9]*$"}},
       "properties": {"type": "array", "items": {"type": "object", "required": ["id", "type", "values"],
-        "properties": {"id": {"type": "string"}, "values": {"type": "array"},
+        "properties": {"id": {"type": "string"}, "values": {"type": "array", "items": {}},
           "type": {"enum": ["label", "description", "string", "tags", "number"]}}}}}}}},
 "CatmaidToken": {"type": "object", "required": ["token"], "properties": {"token": {"const": "anonymous"}}},
 "CatmaidVersion": {"type": "object", "required": ["SERVER_VERSION"],
@@ -148,14 +148,14 @@ constexpr const char* kSchemas = R"json({
 "CatmaidSkeletonId": {"type": "integer", "minimum": 1, "maximum": 4294967295},
 "CatmaidSkeletons": {"type": "array", "uniqueItems": true,
   "items": {"$ref": "#/components/schemas/CatmaidSkeletonId"}},
-"CatmaidNodes": {"type": "array", "minItems": 6, "maxItems": 6, "prefixItems": [
-  {"type": "array", "items": {"type": "array", "minItems": 10, "maxItems": 10, "prefixItems": [
+"CatmaidNodes": {"type": "array", "minItems": 6, "maxItems": 6, "items": {}, "prefixItems": [
+  {"type": "array", "items": {"type": "array", "minItems": 10, "maxItems": 10, "items": {}, "prefixItems": [
     {"$ref": "#/components/schemas/CatmaidNode"}, {"$ref": "#/components/schemas/CatmaidParent"}, {"type": "number"},
     {"type": "number"}, {"type": "number"}, {"type": "integer"}, {"type": "number"},
     {"$ref": "#/components/schemas/CatmaidSkeletonId"}, {"type": "number"}, {"type": "integer"}]}},
   {"type": "array"}, {"type": "object"}, {"type": "boolean"}, {"type": "object"}, {"type": "array"}]},
-"CatmaidDetail": {"type": "array", "minItems": 3, "prefixItems": [
-  {"type": "array", "items": {"type": "array", "minItems": 9, "maxItems": 9, "prefixItems": [
+"CatmaidDetail": {"type": "array", "minItems": 3, "items": {}, "prefixItems": [
+  {"type": "array", "items": {"type": "array", "minItems": 9, "maxItems": 9, "items": {}, "prefixItems": [
     {"$ref": "#/components/schemas/CatmaidNode"}, {"$ref": "#/components/schemas/CatmaidParent"}, {"type": "integer"},
     {"type": "number"}, {"type": "number"}, {"type": "number"}, {"type": "number"}, {"type": "integer"},
     {"type": "number"}]}},
