@@ -4,7 +4,8 @@
 // the stated age: an object, or an upload in parts that has not ended. A push that runs has sent its manifest again, so
 // its revision is young, also if all its files were there before. To remove a revision, tidySet() first puts a mark
 // into it, then looks again. pushSet() refuses a revision with a mark. So neither overlooks the other. Only objects
-// below the folders of revisions are removed.
+// below the folders of revisions are removed. Only one call at a time for a set: a second one would take the marks
+// away.
 #pragma once
 
 #include "index/remote/remote_options.h"

@@ -153,13 +153,14 @@ constexpr const char* kSchemas = R"json({
     {"$ref": "#/components/schemas/CatmaidNode"}, {"$ref": "#/components/schemas/CatmaidParent"}, {"type": "number"},
     {"type": "number"}, {"type": "number"}, {"type": "integer"}, {"type": "number"},
     {"$ref": "#/components/schemas/CatmaidSkeletonId"}, {"type": "number"}, {"type": "integer"}]}},
-  {"type": "array"}, {"type": "object"}, {"type": "boolean"}, {"type": "object"}, {"type": "array"}]},
+  {"type": "array", "items": {}}, {"type": "object"}, {"type": "boolean"}, {"type": "object"},
+  {"type": "array", "items": {}}]},
 "CatmaidDetail": {"type": "array", "minItems": 3, "items": {}, "prefixItems": [
   {"type": "array", "items": {"type": "array", "minItems": 9, "maxItems": 9, "items": {}, "prefixItems": [
     {"$ref": "#/components/schemas/CatmaidNode"}, {"$ref": "#/components/schemas/CatmaidParent"}, {"type": "integer"},
     {"type": "number"}, {"type": "number"}, {"type": "number"}, {"type": "number"}, {"type": "integer"},
     {"type": "number"}]}},
-  {"type": "array"}, {"type": "object"}]},
+  {"type": "array", "items": {}}, {"type": "object"}]},
 "CatmaidRoot": {"type": "object", "required": ["root_id", "x", "y", "z"],
   "properties": {"root_id": {"$ref": "#/components/schemas/CatmaidNode"}, "x": {"type": "number"},
     "y": {"type": "number"}, "z": {"type": "number"}}}

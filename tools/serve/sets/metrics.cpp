@@ -73,7 +73,8 @@ void addSets(std::string& text, const SetShelf& shelf, const Person& who) {
     });
   };
   using Asked = const RemoteCounters&;
-  ofStore("filiform_store_requests_total", "counter", "Requests to the store of a set at an address, of this revision.",
+  ofStore("filiform_store_requests_total", "counter",
+          "Requests to the store of a set at an address, for this revision, without looks for a newer one.",
           [](Asked asked) { return asked.requests; });
   ofStore("filiform_store_retries_total", "counter", "Those of them that were sent again.",
           [](Asked asked) { return asked.retries; });
