@@ -191,6 +191,15 @@ CopyResult pushSet(const std::string& folder, const std::string& text, const Cop
     if (!there[i]) send(files[i]);
   }
   if (is_new) {
+    // A tidySet() whose clock is wrong may have taken this revision for an old one.
+    refuseMarked(client, address, files);
+    try {
+      client.size(address.files + files.front().path);
+    } catch (const internal::NotOnServer&) {
+      throw InputError(inShort(address.set) + ": " + result.revision +
+                       " was removed while it was sent; see that nobody tidies with a wrong clock, and push again");
+    } catch (const internal::DeniedByServer&) {  // keys that may only write
+    }
     const std::string line = result.revision + "\n";
     client.send({.method = "PUT",
                  .url = address.files + internal::kCurrentFile,

@@ -153,16 +153,16 @@ int runServe(const ServeArguments& a) {
   if (!a.link_key.empty()) rules.link_key = readToken("--link-key", a.link_key);
   if (!a.neuroglancer.empty()) rules.origins.push_back(webOrigin(a.neuroglancer));
   Access access(std::move(rules));
-  const auto entries = [&a, &access] {
+  const auto entries = [&a] {
     RemoteOptions remote = a.remote->options();
     std::vector<ShelfEntry> given = shelfEntries(a.sets, remote);
     if (!a.catalogue.empty())
       for (ShelfEntry& entry : readCatalogue(a.catalogue, remote)) given.push_back(std::move(entry));
     if (given.empty()) throw UsageError("give a SET, or --catalogue FILE with sets");
     for (const ShelfEntry& entry : given)
-      if (!entry.readers.empty() && access.isOpen())
+      if (!entry.readers.empty() && a.tokens.empty() && a.user_header.empty())
         throw UsageError("--catalogue: the set '" + escaped(entry.name, 60) +
-                         "' has readers; name people with --tokens or --user-header, not --no-token");
+                         "' has readers; name people with --tokens or --user-header");
     const std::size_t files_of_set = filesOfSet(raiseOpenFiles(), given.size(), a.most_clients);
     for (ShelfEntry& entry : given) entry.open_files = files_of_set;
     return given;

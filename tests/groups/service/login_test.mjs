@@ -1,4 +1,4 @@
-// A log-in with OpenID Connect, as users do it: Chromium, Apache with tools/serve/apache-login.conf, and `filiform serve`
+// A log-in with OpenID Connect, as users do it: Chromium, Apache with tools/serve/operate/apache-login.conf, and `filiform serve`
 // behind it. The provider is npm's oidc-provider, with its own pages for log-ins.
 //
 //   node login_test.mjs PACKAGES CHROMIUM FILIFORM FOLDER
@@ -45,9 +45,9 @@ async function startProvider(redirect) {
   return issuer;
 }
 
-// tools/serve/apache-login.conf with the addresses of this test.
+// tools/serve/operate/apache-login.conf with the addresses of this test.
 async function startApache(port, issuer, address) {
-  let text = readFileSync(new URL('../../../tools/serve/apache-login.conf', import.meta.url), 'utf8');
+  let text = readFileSync(new URL('../../../tools/serve/operate/apache-login.conf', import.meta.url), 'utf8');
   for (const [was, now] of [
     ['https://login.example', issuer], ['secret of this client at the provider', kSecret],
     ['https://tiles.example', `https://127.0.0.1:${port}`], ['<VirtualHost *:443>', `<VirtualHost 127.0.0.1:${port}>`],

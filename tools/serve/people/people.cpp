@@ -110,6 +110,7 @@ void People::add(Person person, const std::string& digest) {
 
 void People::addUsers(Person person) {
   person.key = "user " + person.entry;
+  if (person.name.empty()) person.name = person.entry;  // readers name people: nobody without a name is one
   users_.push_back(std::make_shared<const Person>(std::move(person)));
   all_.push_back(users_.back());
 }

@@ -70,24 +70,27 @@ std::optional<ByteRange> rangeOf(std::string_view header, std::uint64_t bytes) {
   return ByteRange{*first, std::min(last.value_or(bytes - 1), bytes - 1) - *first + 1};
 }
 
-Answer contentOf(const ServedFile& file, const ByteRange& range) {
+Answer contentOf(const Call& call, const ServedFile& file, const ByteRange& range) {
   Answer answer{.type = file.name.ends_with(".json") || file.set == nullptr ? kJsonType : kBytesType};
   if (file.set != nullptr)
     answer.file = FileRange{file.set, file.name, range.first, range.bytes};
   else
     answer.body = file.text.substr(range.first, range.bytes);
-  answer.headers = {{"Cache-Control", "public, max-age=31536000, immutable"}, {"ETag", '"' + file.tag + '"'}};
+  // A cache that others share must not give it to those who may not ask.
+  const char* const kept = call.service.access.isOpen() ? "public" : "private";
+  answer.headers = {{"Cache-Control", std::string(kept) + ", max-age=31536000, immutable"},
+                    {"ETag", '"' + file.tag + '"'}};
   return answer;
 }
 
 // A part of a file under its own address.
-Answer partAnswer(const ServedFile& file, const std::string& part) {
+Answer partAnswer(const Call& call, const ServedFile& file, const std::string& part) {
   const std::size_t dash = part.find('-');
   const auto first = digitsOf(std::string_view(part).substr(0, dash)),
              last = dash == std::string::npos ? std::nullopt : digitsOf(std::string_view(part).substr(dash + 1));
   if (!first || !last || *last < *first) throw Refusal(404, "give the range as FIRST-LAST, in bytes from 0");
   if (*last >= file.bytes) refuseRange(file.bytes);
-  Answer answer = contentOf(file, {*first, *last - *first + 1});
+  Answer answer = contentOf(call, file, {*first, *last - *first + 1});
   answer.type = kBytesType;  // a part of JSON is no JSON
   answer.headers[1].second = '"' + file.tag + '.' + part + '"';
   return answer;
@@ -106,8 +109,8 @@ Answer fileAnswer(const Call& call) {
   if (!file)
     throw Refusal(404, "the set has no file '" + escaped(revision, 40) + "/" + escaped(name, 80) +
                            "'; read CURRENT and the revision's manifest.json");
-  if (call.captured.size() == 4) return partAnswer(*file, call.captured[3]);
-  Answer whole = contentOf(*file, {0, file->bytes});
+  if (call.captured.size() == 4) return partAnswer(call, *file, call.captured[3]);
+  Answer whole = contentOf(call, *file, {0, file->bytes});
   whole.headers.emplace_back("Accept-Ranges", "bytes");
   if (const std::string_view known = call.request.header("if-none-match"); !known.empty() && hasTag(known, file->tag)) {
     whole.status = 304;
@@ -120,7 +123,7 @@ Answer fileAnswer(const Call& call) {
   if (!unchanged.empty() && unchanged != '"' + file->tag + '"') return whole;
   const auto range = rangeOf(call.request.header("range"), file->bytes);
   if (!range) return whole;
-  Answer part = contentOf(*file, *range);
+  Answer part = contentOf(call, *file, *range);
   part.status = 206;
   part.headers.emplace_back("Accept-Ranges", "bytes");
   part.headers.emplace_back("Content-Range", "bytes " + std::to_string(range->first) + "-" +

@@ -57,10 +57,10 @@ std::shared_ptr<SharedScene> SessionHouse::sceneOf(const std::string& set, const
         if (scene.scene->served().name() != set) part -= std::min(part, scene.scene->residency().budget_bytes());
     }
     const std::uint64_t least = Residency::floorBytes(served->set());
-    if (part < least && least <= options_.budget_bytes)
+    if (part < least && least <= options_.budget_bytes)  // else the residency refuses
       throw Refusal(503,
                     "sessions on other sets take the memory that sessions may have; ask again when they have ended");
-    part = std::max(part / 2, least);
+    part = std::min(std::max(part / 2, least), options_.budget_bytes);
   }
   const auto scene = std::make_shared<SharedScene>(served, part, tickers_.tickers());
   const std::lock_guard lock(mutex_);

@@ -121,6 +121,7 @@ void SetShelf::open(Slot& slot) const {
   }
   slot.current.swap(opened);
   slot.is_stale = false;
+  slot.stale_readers.clear();
   slot.budget_bytes = part_bytes_;
 }
 
@@ -128,10 +129,13 @@ void SetShelf::replace(const std::vector<ShelfEntry>& entries) {
   checkNames(entries);
   part_bytes_ = partOf(budget_bytes_, entries);
   std::vector<Slot> slots;
-  for (const ShelfEntry& entry : entries) {
-    const Slot* const known = slot(entry.name);
-    slots.push_back(known != nullptr && known->current != nullptr && known->entry == entry ? *known : Slot{entry});
-    slots.back().entry.readers = entry.readers;
+  {
+    const std::lock_guard lock(mutex_);  // of what find() notes
+    for (const ShelfEntry& entry : entries) {
+      const Slot* const known = slot(entry.name);
+      slots.push_back(known != nullptr && known->current != nullptr && known->entry == entry ? *known : Slot{entry});
+      slots.back().entry.readers = entry.readers;
+    }
   }
   openNew(slots);
   for (Slot& fresh : slots) {
@@ -142,6 +146,7 @@ void SetShelf::replace(const std::vector<ShelfEntry>& entries) {
       fresh.current = known->current;
       fresh.older = known->older;
       fresh.is_stale = fresh.current != nullptr;
+      fresh.stale_readers = known->is_stale ? known->stale_readers : known->entry.readers;
     }
   }
   {
@@ -163,7 +168,8 @@ std::vector<SetShelf::State> SetShelf::states(const Person* who) const {
 }
 
 bool SetShelf::sees(const Person* who, const Slot& slot) {
-  return who == nullptr || who->sees(slot.entry.name, slot.entry.readers);
+  return who == nullptr || (who->sees(slot.entry.name, slot.entry.readers) &&
+                            (!slot.is_stale || who->sees(slot.entry.name, slot.stale_readers)));
 }
 
 std::vector<std::shared_ptr<const ServedSet>> SetShelf::all(const Person* who) const {

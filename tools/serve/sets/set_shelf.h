@@ -86,7 +86,8 @@ class SetShelf {
     std::vector<std::shared_ptr<const TileSet>> older{};    // latest first
     std::chrono::steady_clock::time_point next_look{};      // of a set at an address, or not open
     std::string problem{};                                  // of its last look
-    bool is_stale = false;                                  // `current` is that of an earlier entry
+    bool is_stale = false;                                  // `current` is that of an earlier entry,
+    std::vector<std::string> stale_readers{};               // with these readers
     mutable std::chrono::steady_clock::time_point asked{};  // last; under the mutex
     std::uint64_t budget_bytes = 0;                         // of `current`
     // Of find(); also of the slot that replaces this one.

@@ -125,6 +125,7 @@ TEST_F(ServerPeople, MistakesAreRefusedAtTheStart) {
   expect({"--tokens", file_}, "names nobody");
   test::writeBytes(folder_ / "sets.toml", "[t2]\naddress = \"t.fil\"\nreaders = [\"ann\"]\n");
   expect({"--catalogue", folder_ / "sets.toml", "--no-token"}, "--tokens");
+  expect({"--catalogue", folder_ / "sets.toml"}, "--tokens");  // the one token is nobody's
 }
 
 }  // namespace

@@ -229,6 +229,31 @@ TEST_F(ServedPeople, TheCatalogueNamesReaders) {
   EXPECT_THROW(readCatalogue(folder / "sets.toml"), UsageError);
 }
 
+TEST(People, ALinkOfUsersShowsNoSetThatHasReaders) {
+  People people = People::nobody();
+  people.addUsers({.entry = "*"});
+  test::ServedSets sets({.people = people, .origins = {}, .hosts = {}});
+  ShelfEntry fork{.name = "fork", .path = sets.folder / "fork.fil", .readers = {"ann"}};
+  const ShelfEntry column{.name = "column", .path = sets.folder / "column.fil"};
+  sets.shelf->replace({fork, column});
+  sets.user = "ann";
+  EXPECT_EQ(sets.get("/v1/sets/fork").status, 200u);
+  sets.user = "bob";
+  EXPECT_EQ(sets.get("/v1/sets/fork").status, 404u);
+  const std::string link = nlohmann::json::parse(sets.get("/v1/capability").body).at("precomputed");
+  sets.user = "";
+  EXPECT_EQ(sets.get(link + "column/info").status, 200u);
+  EXPECT_EQ(sets.get(link + "fork/info").status, 404u);
+  // What was for ann stays so until the set that takes its name can be opened.
+  fork.path = sets.folder / "gone.fil";
+  fork.readers = {};
+  sets.shelf->replace({fork, column});
+  sets.user = "bob";
+  EXPECT_EQ(sets.get("/v1/sets/fork").status, 404u);
+  sets.user = "ann";
+  EXPECT_EQ(sets.get("/v1/sets/fork").status, 200u);
+}
+
 TEST(People, SomeSetsMayBeForEverybody) {
   People people = People::nobody();
   people.add({.name = "ben", .entry = "ben"}, sha256Digits(kBen));

@@ -149,7 +149,7 @@ TEST_F(NearestAnswer, ThePartsOfABatchAreTheBatch) {
   std::size_t count = 0;
   for (std::string cursor = "start"; !cursor.empty(); ++count)
     for (const NpyRow& row : rowsOf("&cursor=" + std::string(cursor), &cursor)) parts.push_back(row);
-  EXPECT_EQ(count, 2U);
+  EXPECT_GE(count, 2U);
   ASSERT_EQ(parts.size(), whole.size());
   for (std::size_t i = 0; i < whole.size(); ++i) {
     ASSERT_EQ(parts[i].query, whole[i].query);
