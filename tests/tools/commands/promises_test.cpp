@@ -173,7 +173,7 @@ TEST_F(Promises, EndsOfARangeAreInIt) {
 TEST_F(Promises, ANumberThatIsNoCountStatesItsUnit) {
   const Given units{"um",        "N/m",    "m/s",    " ms",    "second",   "ticks a second", "Hz",
                     "px",        "pixel",  "degree", "factor", "multiple", "times",          "long after",
-                    "thickness", "newton", " N",     "mV",     "%",        "distance of"};
+                    "thickness", "newton", " N",     "mV",     "%",        "distance of",    " days"};
   for (const Json& command : usage_.at("commands"))
     for (const Json& option : command.at("options")) {
       if (option.at("value") != "FLOAT") continue;

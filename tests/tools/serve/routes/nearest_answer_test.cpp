@@ -123,7 +123,8 @@ std::pair<std::vector<Json>, std::size_t> allParts(const std::function<Json(cons
 TEST_F(NearestAnswer, ThePartsOfABoxHoldEachOfItsSegmentsOnce) {
   const std::string box = "/v1/sets/column/box?lo=-100,-100,-100&hi=300,300,300";
   std::set<std::pair<std::string, int>> whole, parts;
-  for (const Json& row : sets_.json(box).at("rows")) whole.emplace(row.at("cell"), row.at("segment"));
+  const Json answer = sets_.json(box);
+  for (const Json& row : answer.at("rows")) whole.emplace(row.at("cell"), row.at("segment"));
   const auto [rows, count] =
       allParts([&](const std::string& cursor) { return sets_.json(box + "&limit=7&cursor=" + cursor); });
   for (const Json& row : rows) EXPECT_TRUE(parts.emplace(row.at("cell"), row.at("segment")).second) << row;
