@@ -259,7 +259,7 @@ TEST(Contacts, EqualBruteForceOnTwentyThousandSegments) {
   const auto cells = static_cast<std::uint32_t>(test::sampled(20));
   const auto store = storeOf(test::randomColumn(seed, cells, 1000, 50), 256);
   for (const bool surface : {false, true}) {
-    ContactOptions options = between(*store, 1.5);
+    ContactOptions options = between(*store, test::kSanitized ? 8 : 1.5);  // fewer cells: more of their contacts
     options.surface = surface;
     options.threads = 2;
     AllPairs all(*store, options);
