@@ -6,7 +6,7 @@ namespace filiform::tools {
 
 std::optional<std::size_t> placeOfNext(std::span<const TickerLoad> threads) {
   std::optional<std::size_t> best;
-  double least = kMostShare;
+  double least = 0;
   for (std::size_t i = 0; i < threads.size(); ++i) {
     const TickerLoad& load = threads[i];
     const std::size_t measured = load.sessions - load.newcomers;
@@ -14,7 +14,8 @@ std::optional<std::size_t> placeOfNext(std::span<const TickerLoad> threads) {
         measured > 0 ? std::max(load.share / static_cast<double>(measured), kShareOfHand / 2) : kShareOfHand;
     const double rest = std::max(load.share, static_cast<double>(measured) * kShareOfHand / 2);
     const double then = rest + static_cast<double>(load.newcomers + 1) * hand;
-    if (then > least || (load.late > kMostLate && load.share > kMostShare / 2)) continue;
+    if (then > kMostShare || (best && then >= least) || (load.late > kMostLate && load.share > kMostShare / 2))
+      continue;
     best = i;
     least = then;
   }
