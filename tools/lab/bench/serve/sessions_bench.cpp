@@ -27,7 +27,7 @@ namespace filiform::tools {
 
 namespace {
 
-constexpr std::size_t kToursOfClient = 8;  // routes that a client travels in turn
+constexpr std::size_t kToursOfClient = 4;  // routes that a client travels in turn
 constexpr double kHandRate_Hz = 100, kModelRate_Hz = 20;
 constexpr std::uint64_t kTiles_bytes = std::uint64_t{2} << 30;  // the whole set of this workload is in memory
 
@@ -189,18 +189,16 @@ class TouringClients {
 
 TourFigures measureTour(const TileSet& set, const std::string& path, const TourPlan& plan,
                         const BenchOptions& options) {
-  // Planned before a client connects: the server ends a client that is silent meanwhile.
-  std::vector<std::vector<filiform::Route>> planned(plan.sessions);
-  for (std::size_t i = 0; i < plan.sessions; ++i) {
-    Tour routes(set, options.seed + i);
-    for (std::size_t k = 0; k < kToursOfClient; ++k) planned[i].push_back(routes.next());
-  }
   cpu_set_t before;
   ::sched_getaffinity(0, sizeof before, &before);
   if (plan.parted) useCore(0);  // of the server's threads too
   SessionServer server(path, plan.threads);
   TouringClients clients(plan.sessions, plan.parted);
-  for (std::vector<filiform::Route>& routes : planned) {
+  if (plan.parted) useCore(1);
+  for (std::size_t i = 0; i < plan.sessions; ++i) {
+    // Planned before the client connects: the server ends a client that is silent meanwhile.
+    std::vector<filiform::Route> routes;
+    for (Tour tour(set, options.seed + i); routes.size() < kToursOfClient;) routes.push_back(tour.next());
     // The figures of a thread are half a second old at most: a refusal that stays is the server's limit.
     std::unique_ptr<TouringClient> client;
     for (int tries = 0; client == nullptr && tries < 3; ++tries) {
