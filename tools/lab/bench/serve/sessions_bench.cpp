@@ -276,7 +276,7 @@ BenchReport runSessions(const BenchOptions& options) {
           " segments, all hands moving, HAND at 100 Hz, ticks at 1 kHz, LOCAL MODEL at 20 Hz, tiles within "
           "2 GiB, as many sessions as the server takes; " +
           std::to_string(static_cast<int>(seconds)) + " s",
-      {"threads", "at most", "sessions", "late %", "bare timer late %", "CPU of a hand ms/s", "busiest/least",
+      {"hands on", "threads", "sessions", "late %", "bare timer late %", "CPU of a hand ms/s", "busiest/least",
        "round trip p50 us", "p99 us", "waiting %", "memory before MiB", "after MiB", "tiles MiB", "longest round us",
        "legs"},
       {}};
@@ -287,12 +287,12 @@ BenchReport runSessions(const BenchOptions& options) {
                      " threads");
     const TourFigures f = measureTour(*set, path, plan, options);
     const double hand_ms = 1e3 * f.busy / static_cast<double>(f.sessions), more = 100 * (f.late - f.bare_late);
-    table.rows.push_back({static_cast<std::int64_t>(plan.threads), static_cast<std::int64_t>(plan.sessions),
-                          static_cast<std::int64_t>(f.sessions), 100 * f.late, 100 * f.bare_late, hand_ms, f.busiest,
-                          f.round_p50_us, f.round_p99_us, 100 * f.waiting, f.memory_from_MiB, f.memory_to_MiB,
-                          f.tiles_MiB, f.longest_us, static_cast<std::int64_t>(f.legs)});
+    const std::string on = plan.sessions == 1 ? "1 core, one" : plan.threads == 1 ? "1 core" : "2 cores";
+    table.rows.push_back({on, static_cast<std::int64_t>(plan.threads), static_cast<std::int64_t>(f.sessions),
+                          100 * f.late, 100 * f.bare_late, hand_ms, f.busiest, f.round_p50_us, f.round_p99_us,
+                          100 * f.waiting, f.memory_from_MiB, f.memory_to_MiB, f.tiles_MiB, f.longest_us,
+                          static_cast<std::int64_t>(f.legs)});
     if (plan.sessions == 1) continue;
-    const std::string on = std::to_string(plan.threads) + (plan.threads == 1 ? " core" : " cores");
     const auto taken = static_cast<double>(f.sessions), wanted = 10.0 * static_cast<double>(plan.threads);
     report.goals.push_back(
         {on + ": moving hands that the server takes", ">= " + std::to_string(static_cast<int>(wanted)),
