@@ -197,7 +197,8 @@ CopyResult pushSet(const std::string& folder, const std::string& text, const Cop
       client.size(address.files + files.front().path);
     } catch (const internal::NotOnServer&) {
       throw InputError(inShort(address.set) + ": " + result.revision +
-                       " was removed while it was sent; see that nobody tidies with a wrong clock, and push again");
+                       " was removed by `filiform tidy` while it was sent; set the clock of the machine that tidies, "
+                       "and push again");
     } catch (const internal::DeniedByServer&) {  // keys that may only write
     }
     const std::string line = result.revision + "\n";

@@ -99,7 +99,7 @@ std::string linkOf(const std::string& page, const std::string& token) {
   return token.empty() ? page : page + "?token=" + token;
 }
 
-// Who may ask. `own_token`: for a server to which nobody names tokens or users.
+// Who may ask. `own_token`: the server's own, if no option names tokens or users.
 People peopleOf(const ServeArguments& a, const std::string& own_token) {
   if (!a.tokens.empty()) {
     People people = readPeople(a.tokens);
@@ -110,7 +110,7 @@ People peopleOf(const ServeArguments& a, const std::string& own_token) {
   People people = a.no_token              ? People()
                   : !a.token_file.empty() ? People::ofToken(readToken("--token-file", a.token_file))
                   : !own_token.empty()    ? People::ofToken(own_token)
-                                          : People::nobody();
+                                          : People::listed();
   if (!a.user_header.empty()) people.addUsers({.entry = "*"});
   return people;
 }
@@ -379,7 +379,8 @@ void addServe(CLI::App& app, Chosen& chosen) {
       ->capture_default_str()
       ->check(CLI::Range(1, 10000));
   command
-      ->add_option("--session-threads", a->session_threads, "tick the sessions on N threads: some 15 moving hands each")
+      ->add_option("--session-threads", a->session_threads,
+                   "tick the sessions on N threads: up to 69 moving hands each")
       ->type_name("N")
       ->capture_default_str()
       ->check(CLI::Range(1, 64));

@@ -87,7 +87,7 @@ PersonEntry entryOf(const TomlFile& file, const toml::table& table, bool has_tok
 
 People::People() : anonymous_(std::make_shared<const Person>()) {}
 
-People People::nobody() {
+People People::listed() {
   People people;
   people.is_open_ = false;
   people.anonymous_ = nullptr;
@@ -95,7 +95,7 @@ People People::nobody() {
 }
 
 People People::ofToken(const std::string& token) {
-  People people = nobody();
+  People people = listed();
   people.add({.token = token}, sha256Digits(token));
   return people;
 }
@@ -110,7 +110,7 @@ void People::add(Person person, const std::string& digest) {
 
 void People::addUsers(Person person) {
   person.key = "user " + person.entry;
-  if (person.name.empty()) person.name = person.entry;  // readers name people: nobody without a name is one
+  if (person.name.empty()) person.name = person.entry;  // else sees() takes the person for a reader of every set
   users_.push_back(std::make_shared<const Person>(std::move(person)));
   all_.push_back(users_.back());
 }
@@ -137,7 +137,7 @@ PersonPointer People::user(const std::string& name) const {
 
 People readPeople(const std::string& path) {
   const TomlFile file("--tokens", path);
-  People people = People::nobody();
+  People people = People::listed();
   for (const auto& [key, node] : file.tables()) {
     if (key == "token" || key == "user") {
       const bool has_token = key == "token";
@@ -157,7 +157,7 @@ People readPeople(const std::string& path) {
     }
   }
   if (people.all().empty() && people.anonymous() == nullptr)
-    throw UsageError("--tokens " + inShort(path) + ": names nobody; give a [[token]] or a [[user]]");
+    throw UsageError("--tokens " + inShort(path) + ": has no [[token]], [[user]] or [anonymous]; add one");
   return people;
 }
 

@@ -21,8 +21,8 @@ class People {
   People();
   // Whoever has the token may ask everything.
   static People ofToken(const std::string& token);
-  // Nobody may ask; add() admits people.
-  static People nobody();
+  // Those may ask whom add(), addUsers() and setAnonymous() list.
+  static People listed();
 
   // A person with a token or its SHA-256, 64 hexadecimal digits in lower case. Throws UsageError if another one has it.
   void add(Person person, const std::string& digest);

@@ -73,7 +73,7 @@ class SessionHouse {
     std::shared_ptr<SharedScene> scene;
     std::chrono::steady_clock::time_point used;  // when a session last was on it
   };
-  Ticker& tickerOf(const RemoteSession& session) const { return *tickers_.tickers()[session.options().ticker]; }
+  Ticker& tickerOf(const RemoteSession& session) const { return tickers_.ticker(session.options().ticker); }
   std::shared_ptr<SharedScene> sceneOf(const std::string& set, const Person* who);
   void keep();
   void serveRooms();

@@ -28,9 +28,6 @@ class SharedScene {
   Residency& residency() { return residency_; }
   const PlaceFinder& places() const { return places_; }
 
-  // What a ticker does first in each round.
-  void takeMessages(std::size_t ticker) noexcept { parts_[ticker]->tick(0); }
-
  private:
   struct Part final : Ticked {
     Part(Ticker& by, TileReader& of) : ticker(by), reader(of) {}

@@ -39,6 +39,7 @@ class TickerPool {
   TickerPool(std::size_t threads, const std::function<void()>& after_round);
 
   std::vector<Ticker*> tickers() const;
+  Ticker& ticker(std::size_t thread) const { return *threads_[thread].ticker; }
   // Takes a place on a thread until leave(); nullopt if every thread has enough to do.
   std::optional<std::size_t> enter();
   void leave(std::size_t thread);

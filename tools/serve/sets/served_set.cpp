@@ -30,12 +30,14 @@ ServedSet::ServedSet(std::string name, const std::string& path, std::uint64_t bu
       levels_(Levels::open(*set_)),
       attributes_(*set_),
       store_(*set_),
-      kept_(store_, budget_bytes / 16 * 3),
-      nearest_(kept_, {.budget_bytes = budget_bytes / 8 * 3}),
-      filtered_(kept_, budget_bytes / 8),
+      kept_(store_, 0),
+      nearest_(kept_, {.budget_bytes = 0}),
+      filtered_(kept_, 0),
       finder_(store_),
-      sample_ids_(store_, budget_bytes / 4),
-      looks_(nearest_.tiles(), budget_bytes / 16) {}
+      sample_ids_(store_, 0),
+      looks_(nearest_.tiles(), budget_bytes / 16) {
+  setBudget(budget_bytes);
+}
 
 void ServedSet::setBudget(std::uint64_t budget_bytes) const {
   kept_.setBudget(budget_bytes / 16 * 3);

@@ -27,7 +27,8 @@ std::vector<ShelfEntry> readCatalogue(const std::string& path, const RemoteOptio
         entry.budget_bytes = parseBytes("budget", file.text(what, value));
       } else if (what == "readers") {
         file.eachOf(what, value, [&](const toml::node& one) { entry.readers.push_back(file.text(what, one)); });
-        if (entry.readers.empty()) file.refuse(value, "readers names nobody; leave it out for everybody");
+        if (entry.readers.empty())
+          file.refuse(value, "readers is empty; give names, or leave readers out: then everybody may see the set");
       } else {
         file.refuse(of.source(),
                     "unknown key '" + escaped(what, 60) + "'; known are address, token-file, budget, readers");

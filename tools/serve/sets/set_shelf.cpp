@@ -120,8 +120,7 @@ void SetShelf::open(Slot& slot) const {
     slot.older.resize(std::min(slot.older.size(), kOlder));
   }
   slot.current.swap(opened);
-  slot.is_stale = false;
-  slot.stale_readers.clear();
+  slot.stale.reset();
   slot.budget_bytes = part_bytes_;
 }
 
@@ -140,17 +139,18 @@ void SetShelf::replace(const std::vector<ShelfEntry>& entries) {
   openNew(slots);
   for (Slot& fresh : slots) {
     const Slot* const known = slot(fresh.entry.name);
-    if (known == nullptr) continue;
-    fresh.requests = known->requests;
-    if (fresh.current == nullptr) {
-      fresh.current = known->current;
-      fresh.older = known->older;
-      fresh.is_stale = fresh.current != nullptr;
-      fresh.stale_readers = known->is_stale ? known->stale_readers : known->entry.readers;
-    }
+    if (known == nullptr || known->current == nullptr || fresh.current != nullptr) continue;
+    fresh.current = known->current;
+    fresh.older = known->older;
+    fresh.stale = known->stale.value_or(known->entry.readers);
   }
   {
     const std::lock_guard lock(mutex_);
+    for (Slot& fresh : slots)
+      if (const Slot* const known = slot(fresh.entry.name); known != nullptr) {
+        fresh.requests = known->requests;
+        fresh.asked = known->asked;
+      }
     slots_.swap(slots);
   }
   refresh();
@@ -162,14 +162,14 @@ std::vector<SetShelf::State> SetShelf::states(const Person* who) const {
   for (const Slot& slot : slots_) {
     if (!sees(who, slot)) continue;
     states.push_back(
-        {slot.entry.name, slot.current != nullptr, slot.current != nullptr && slot.problem.empty(), *slot.requests});
+        {slot.entry.name, slot.current != nullptr, slot.current != nullptr && slot.problem.empty(), slot.requests});
   }
   return states;
 }
 
 bool SetShelf::sees(const Person* who, const Slot& slot) {
-  return who == nullptr || (who->sees(slot.entry.name, slot.entry.readers) &&
-                            (!slot.is_stale || who->sees(slot.entry.name, slot.stale_readers)));
+  return who == nullptr ||
+         (who->sees(slot.entry.name, slot.entry.readers) && (!slot.stale || who->sees(slot.entry.name, *slot.stale)));
 }
 
 std::vector<std::shared_ptr<const ServedSet>> SetShelf::all(const Person* who) const {
@@ -190,7 +190,7 @@ std::shared_ptr<const ServedSet> SetShelf::find(const std::string& name, const P
   const std::lock_guard lock(mutex_);
   const Slot* const found = slot(name);
   if (found == nullptr || !sees(who, *found)) return nullptr;
-  ++*found->requests;
+  ++found->requests;
   found->asked = std::chrono::steady_clock::now();
   return found->current;
 }
@@ -245,13 +245,13 @@ std::vector<std::string> SetShelf::refresh() {
   runItems(slots_.size(), kOpenedAtOnce, [&](std::size_t i) {
     Slot& slot = slots_[i];  // only this call changes slots
     const auto now = std::chrono::steady_clock::now();
-    const bool rarely = slot.watched != nullptr || slot.current == nullptr || slot.is_stale;
+    const bool rarely = slot.watched != nullptr || slot.current == nullptr || slot.stale;
     std::string problem = slot.problem;
     if (!rarely || now >= slot.next_look) {
       slot.next_look = now + kFarLook;
       problem.clear();
       try {
-        if (slot.current == nullptr || slot.is_stale ||
+        if (slot.current == nullptr || slot.stale ||
             namedRevision(slot.watched != nullptr ? *slot.watched : *openFolder(slot.entry.path, 1)) !=
                 slot.current->set().revision())
           open(slot);

@@ -11,12 +11,12 @@
 #include "tools/serve/people/person.h"
 #include "tools/serve/sets/served_set.h"
 
-#include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <exception>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -86,12 +86,10 @@ class SetShelf {
     std::vector<std::shared_ptr<const TileSet>> older{};    // latest first
     std::chrono::steady_clock::time_point next_look{};      // of a set at an address, or not open
     std::string problem{};                                  // of its last look
-    bool is_stale = false;                                  // `current` is that of an earlier entry,
-    std::vector<std::string> stale_readers{};               // with these readers
-    mutable std::chrono::steady_clock::time_point asked{};  // last; under the mutex
+    std::optional<std::vector<std::string>> stale{};        // `current` is that of an earlier entry, with these readers
     std::uint64_t budget_bytes = 0;                         // of `current`
-    // Of find(); also of the slot that replaces this one.
-    std::shared_ptr<std::atomic<std::uint64_t>> requests = std::make_shared<std::atomic<std::uint64_t>>(0);
+    mutable std::uint64_t requests = 0;                     // of find(); under the mutex, as what follows
+    mutable std::chrono::steady_clock::time_point asked{};  // by the last of them
   };
   static constexpr std::size_t kOlder = 2;
 

@@ -28,14 +28,10 @@ TimedStore::Limit::~Limit() {
   answer_left = nullptr;
 }
 
-bool TimedStore::isOver() {
-  return (answer_left != nullptr && *answer_left) ||
-         (answer_deadline && std::chrono::steady_clock::now() >= *answer_deadline);
-}
-
 bool TimedStore::isOver(double share) {
   const std::chrono::duration<double> rest((1 - share) * answer_time_s);
-  return answer_deadline && std::chrono::steady_clock::now() + rest >= *answer_deadline;
+  return (answer_left != nullptr && *answer_left) ||
+         (answer_deadline && std::chrono::steady_clock::now() + rest >= *answer_deadline);
 }
 
 void TimedStore::check() {

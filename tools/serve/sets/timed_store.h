@@ -29,11 +29,10 @@ class TimedStore final : public ForwardingStore {
   };
   // Throws AnswerTimeout if this thread has a limit and the time is over, or nobody waits for the answer.
   static void check();
-  static bool isOver();  // true where check() throws
   // Reads so far that ended with CorruptTile.
   std::uint64_t damagedReads() const { return damaged_; }
-  // True when this share of the time is over; false without a limit.
-  static bool isOver(double share);
+  // True when this share of the time is over, or nobody waits for the answer; with 1, where check() throws.
+  static bool isOver(double share = 1);
 
   std::shared_ptr<const Tile> load(TileId tile) const override;
   TileAppearance loadAppearance(TileId tile) const override;

@@ -39,11 +39,11 @@ TEST(ClientAddress, ANetworkOfIPv6IsOneClient) {
 }
 
 TEST(ClientAddress, ANamedPersonHasAShareOfTheirOwn) {
-  const tools::Person ann{.name = "ann", .key = "token 1"}, anonymous{.name = "anonymous"}, only{.key = "token 2"};
+  const tools::Person ann{.name = "ann", .key = "token 1"}, anonymous{.name = "anonymous"}, unnamed{.key = "token 2"};
   EXPECT_EQ(tools::workShareOf("192.0.2.7", &ann), tools::workShareOf("192.0.2.8", &ann));
   EXPECT_NE(tools::workShareOf("192.0.2.7", &ann), tools::workShareOf("192.0.2.7", nullptr));
-  for (const tools::Person* const nobody : {&anonymous, &only})
-    EXPECT_EQ(tools::workShareOf("192.0.2.7", nobody), tools::shareOf("192.0.2.7"));
+  for (const tools::Person* const person : {&anonymous, &unnamed})
+    EXPECT_EQ(tools::workShareOf("192.0.2.7", person), tools::shareOf("192.0.2.7"));
 }
 
 }  // namespace

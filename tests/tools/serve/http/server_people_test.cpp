@@ -122,10 +122,10 @@ TEST_F(ServerPeople, MistakesAreRefusedAtTheStart) {
   expect({"--tokens", file_, "--token-file", file_}, "--token-file");
   expect({"--tokens", file_, "--no-token"}, "--no-token");
   write("");
-  expect({"--tokens", file_}, "names nobody");
+  expect({"--tokens", file_}, "has no [[token]]");
   test::writeBytes(folder_ / "sets.toml", "[t2]\naddress = \"t.fil\"\nreaders = [\"ann\"]\n");
   expect({"--catalogue", folder_ / "sets.toml", "--no-token"}, "--tokens");
-  expect({"--catalogue", folder_ / "sets.toml"}, "--tokens");  // the one token is nobody's
+  expect({"--catalogue", folder_ / "sets.toml"}, "--tokens");  // its one token has no name
 }
 
 }  // namespace

@@ -66,7 +66,7 @@ TEST(People, MistakesInTheFileNameTheirLine) {
   const test::TempFolder folder;
   const std::string token = "token = \"" + kAnn + "\"\n";
   const std::vector<std::vector<std::string>> mistakes{
-      {"", "names nobody"},
+      {"", "has no [[token]]"},
       {"[[token]\n", "line 1", "--tokens"},
       {"[[token]]\n" + token, "line 1", "needs a name"},
       {"[[token]]\nname = \"ann\"\n", "line 1", "'ann'", "token or sha256"},
@@ -102,7 +102,7 @@ TEST(People, MistakesInTheFileNameTheirLine) {
 class ServedPeople : public ::testing::Test {
  protected:
   static AccessRules rules() {
-    People people = People::nobody();
+    People people = People::listed();
     people.add({.name = "ann", .entry = "ann", .scopes = {Scope::read, Scope::metrics}, .sets = {"col*"}},
                sha256Digits(kAnn));
     people.add({.name = "ben", .entry = "ben"}, sha256Digits(kBen));
@@ -230,7 +230,7 @@ TEST_F(ServedPeople, TheCatalogueNamesReaders) {
 }
 
 TEST(People, ALinkOfUsersShowsNoSetThatHasReaders) {
-  People people = People::nobody();
+  People people = People::listed();
   people.addUsers({.entry = "*"});
   test::ServedSets sets({.people = people, .origins = {}, .hosts = {}});
   ShelfEntry fork{.name = "fork", .path = sets.folder / "fork.fil", .readers = {"ann"}};
@@ -255,7 +255,7 @@ TEST(People, ALinkOfUsersShowsNoSetThatHasReaders) {
 }
 
 TEST(People, SomeSetsMayBeForEverybody) {
-  People people = People::nobody();
+  People people = People::listed();
   people.add({.name = "ben", .entry = "ben"}, sha256Digits(kBen));
   people.setAnonymous({.scopes = {Scope::read}, .sets = {"fork"}});
   const test::ServedSets sets({.people = people, .origins = {}, .hosts = {}});

@@ -131,7 +131,7 @@ TEST(Access, AnotherTokenEndsCookiesAndCapability) {
 }
 
 TEST(Access, APersonKeepsTheirLinksWhenOthersChange) {
-  People people = People::nobody();
+  People people = People::listed();
   people.add({.name = "ann"}, sha256Digits(kToken));
   Access access({.people = people, .origins = {}, .hosts = {}});
   const Person& ann = *people.all().front();
@@ -164,7 +164,7 @@ TEST(Access, ServersWithOneLinkKeyShareTheirLinks) {
 
 // Without its token a server cannot sign with it: the key of the cluster does, or a key of this run.
 TEST(Access, DigestsOfTokensSuffice) {
-  People people = People::nobody();
+  People people = People::listed();
   people.add({.name = "ann"}, sha256Digits(kToken));
   Access one({.people = people, .origins = {}, .hosts = {}, .link_key = "a key of the cluster"});
   Access another({.people = people, .origins = {}, .hosts = {}, .link_key = "a key of the cluster"});

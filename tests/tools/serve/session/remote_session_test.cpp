@@ -50,7 +50,7 @@ class RemoteSessions : public ::testing::Test {
   }
   void tick(RemoteSession& session, std::uint64_t periods = 1) {
     period_ += periods;
-    scene_->takeMessages(0);
+    scene_->tiles(0).reader->apply(32);
     session.tick(period_);
     session.afterAll(0.0005);
     session.serve();
@@ -161,7 +161,7 @@ TEST_F(RemoteSessions, ATickMakesNoAllocation) {
     push(*session, {0.00002 * i, 0.00001 * i, 0});
     ++period_;
     test::NoAllocGuard guard;
-    scene_->takeMessages(0);
+    scene_->tiles(0).reader->apply(32);
     session->tick(period_);
     session->afterAll(0.0005);
     const test::ForbiddenCalls calls = guard.calls();

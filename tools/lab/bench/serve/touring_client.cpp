@@ -32,7 +32,6 @@ TouringClient::TouringClient(std::uint16_t port, const std::string& set, std::ve
 
 void TouringClient::jump() {
   ++legs_;
-  travelled_um_ += reached_um_;
   reached_um_ = 0;
   stuck_ = 0;
   route_ = (route_ + 1) % routes_.size();
@@ -48,7 +47,6 @@ void TouringClient::take(const v1::Proxy& proxy, std::int64_t now_ns) {
   proxy_ = proxy;
   hand_.ack = proxy.seq;
   ++proxies_;
-  replaced_ += proxy.replaced;
   waiting_ += (proxy.flags & v1::kFrontier) != 0;
   if (proxy.t_client_ns > 0) round_trips_us_.push_back(1e-3 * static_cast<double>(now_ns - proxy.t_client_ns));
 }
@@ -60,10 +58,8 @@ void TouringClient::step(std::int64_t now_ns) {
     if (message.kind == ServiceSocket::Message::Kind::close || message.kind == ServiceSocket::Message::Kind::ended)
       throw std::runtime_error("bench sessions: the connection ended: " + std::string(message.bytes));
     v1::Proxy proxy;
-    v1::ModelHead model;
     const auto* const bytes = reinterpret_cast<const unsigned char*>(message.bytes.data());
     if (v1::decode(bytes, message.bytes.size(), proxy)) take(proxy, now_ns);
-    models_ += v1::decode(bytes, message.bytes.size(), model);
   }
   const filiform::Route& route = routes_[route_];
   ProxyPlace place;

@@ -24,11 +24,8 @@ class TouringClient {
 
   std::uint64_t hands() const { return hands_; }
   std::uint64_t proxies() const { return proxies_; }
-  std::uint64_t models() const { return models_; }
-  std::uint64_t replaced() const { return replaced_; }
   std::uint64_t waiting() const { return waiting_; }  // PROXY frames at absent tiles
   std::uint64_t legs() const { return legs_; }        // routes that were finished or given up
-  double travelled_um() const { return travelled_um_; }
   std::vector<double>& roundTrips_us() { return round_trips_us_; }
 
  private:
@@ -41,8 +38,8 @@ class TouringClient {
   v1::Proxy proxy_;
   v1::Hand hand_;
   Vector3d h_D_ = Vector3d::Zero();
-  double reached_um_ = 0, travelled_um_ = 0;
-  std::uint64_t hands_ = 0, proxies_ = 0, models_ = 0, replaced_ = 0, waiting_ = 0, legs_ = 0, stuck_ = 0;
+  double reached_um_ = 0;
+  std::uint64_t hands_ = 0, proxies_ = 0, waiting_ = 0, legs_ = 0, stuck_ = 0;
   std::vector<double> round_trips_us_;
 };
 
