@@ -288,6 +288,14 @@ struct BridgeDevice::Impl {
       state.orientation_D.coeffs() = read.coeffs() / length;
   }
 
+  // What a bridge said before it ended.
+  void hearLast() noexcept {
+    bool is_valid = false;
+    fb_packet packet{};
+    for (int i = 0; i < kMostPackets && receive(packet, is_valid); ++i)
+      if (is_valid) take(packet);
+  }
+
   // Sends a COMMAND and waits for its STATE. False: it did not come.
   bool command(const Eigen::Vector3d& force_N, const LocalModel& model, bool arm) noexcept {
     fb_packet packet{};
@@ -308,7 +316,10 @@ struct BridgeDevice::Impl {
     c.radius_m = model.radius_m;
     std::copy_n(aim_D.data(), 3, c.aim_D);
     if (asked_ns == 0) asked_ns = c.time_ns;
-    if (!send(packet)) return false;
+    if (!send(packet)) {
+      if (is_gone) hearLast();
+      return false;
+    }
     ++counters.commands;
     const std::uint32_t mine = seq;
     const std::int64_t deadline_ns = c.time_ns + inNanoseconds(options.answer_s);

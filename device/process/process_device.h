@@ -42,7 +42,8 @@ class ProcessDevice : public HapticDevice {
   // Sends zero and waits for the process to end: at most 0.5 s if it answered, 0.15 s if not, and 0 s after a silence.
   // Kills a process that still runs; another one then sends zero (at most 3 s).
   void close() noexcept override;
-  // As BridgeDevice::exchange(). Waits for the device's next sample, at most kAnswer_s.
+  // As BridgeDevice::exchange(). Waits for the device's next sample, at most kAnswer_s. If the first thread that calls
+  // it after open() has real-time priority, that thread and the process stay on the core where it runs.
   DeviceState exchange(const Wrench& wrench) noexcept override;
   void lead(const Eigen::Vector3d& target_D) noexcept override;
   const char* advice() const noexcept override;

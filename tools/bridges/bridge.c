@@ -416,7 +416,7 @@ static void answer(struct bridge* b) {
   }
   advice = b->device->advice != NULL ? b->device->advice(b->device->self) : NULL;
   if (advice == NULL || (b->lost && advice[0] == 0)) advice = b->spoken;
-  if (b->commanded && advice != NULL) {
+  if ((b->commanded || b->lost) && advice != NULL) {
     if (advice != b->advised && (b->advised != NULL || advice[0] != 0)) {
       packet.kind = FB_ADVICE;
       snprintf(packet.is.text, FB_TEXT_BYTES, "%s", advice);
@@ -424,7 +424,7 @@ static void answer(struct bridge* b) {
     }
     b->advised = advice;
   }
-  if (b->commanded) {
+  if (b->commanded || b->lost) {  // the loss is told without a question
     packet.kind = FB_STATE;
     packet.is.state = b->shown;
     packet.is.state.answers = b->answers;
@@ -474,10 +474,13 @@ static void serve(struct bridge* b) {
     // A command acts at once; without one the device's own rate goes on.
     const int acts = b->commanded || now_ns >= due_ns;
     if (acts) take_state(b, now_ns);
+    // What a servo thread says of the loss may come just before the loss itself.
     if (!b->lost)
       print_said(b, NULL);
-    else  // before the STATE with the fault, after which filiform reads no more
-      b->spoken = b->said != NULL ? b->said : kLost;
+    else if (b->said != NULL)
+      b->spoken = b->said;
+    else if (b->spoken == NULL || now_ns - b->spoken_ns > kLastFrames_ns)
+      b->spoken = kLost;
     answer(b);
     if (acts && b->device->exchange != NULL)
       due_ns = bridge_now_ns() + (now_ns - b->order.time_ns < kLate_ns ? kPatience_ns : kHurry_ns);
@@ -546,6 +549,6 @@ int bridge_run(const struct bridge_device* device, const char* address) {
   if (b.master >= 0) close(b.master);
   if (b.listener >= 0) close(b.listener);
   if (b.log != NULL) fclose(b.log);
-  print_said(&b, b.lost ? kLost : NULL);
+  print_said(&b, b.lost && (b.spoken == NULL || b.spoken == kLost) ? kLost : NULL);
   return b.lost ? 3 : 0;
 }

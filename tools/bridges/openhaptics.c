@@ -115,6 +115,7 @@ static void judge_errors(struct hd* hd, int64_t now_ns) {
     const unsigned code = hd->error().code;
     if (code == 0) return;
     if (code >> 8 != kForceErrors) {
+      if (!hd->lost) bridge_say(hd->servo, "the device was lost, or the scheduler failed: connect it and start again");
       hd->lost = 1;
       return;
     }
@@ -153,7 +154,6 @@ static void stop(void* self) {
   struct hd* hd = self;
   hd->stop();
   hd->unschedule(hd->handle);
-  if (hd->lost) bridge_say(hd->servo, "the device was lost, or the scheduler failed: connect it and start again");
 }
 
 // Takes workspace and limits from the device. Returns 0 if it does not state them.

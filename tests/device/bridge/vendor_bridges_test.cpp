@@ -207,6 +207,14 @@ TEST(VendorBridges, OpenHapticsRecoversFromForceErrorsAndAsksForTheInkwell) {
         << i;
 }
 
+TEST(VendorBridges, TellsOfALossBetweenTwoCommands) {
+  MockedBridge touch("openhaptics", "FILIFORM_LIBHD", "libmock_hd.so", "FILIFORM_MOCK_HD", "unplug:2000");
+  touch.pushUntilReady(true);
+  EXPECT_EQ(touch.process.wait(), 3);
+  EXPECT_EQ(touch.device.exchange({}).status, DeviceStatus::fault);
+  EXPECT_STREQ(touch.device.advice(), "the device was lost, or the scheduler failed: connect it and start again");
+}
+
 TEST(VendorBridges, OpenHapticsEndsIfTheSchedulerRefuses) {
   const test::TempFolder folder;
   const test::Variable library("FILIFORM_LIBHD", test::inBuild("bridges/") + "libmock_hd.so"),

@@ -10,11 +10,17 @@
 #include "tests/support/temp_folder.h"
 
 #include <atomic>
+#include <cerrno>
 #include <chrono>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <elf.h>
 #include <fstream>
+#include <sys/ptrace.h>
+#include <sys/uio.h>
+#include <sys/user.h>
+#include <sys/wait.h>
 #include <thread>
 
 #include <gtest/gtest.h>
@@ -122,10 +128,27 @@ class BridgeHardware : public Hardware {
   test::BridgeProcess bridge_{folder_.file("b"), folder_.file("log")};
 };
 
+// Moves a process's stack pointer to where no stack is, as a recursion without end does.
+void overflowStackOf(int process) {
+  ASSERT_EQ(::ptrace(PTRACE_SEIZE, process, nullptr, nullptr), 0) << std::strerror(errno);
+  ASSERT_EQ(::ptrace(PTRACE_INTERRUPT, process, nullptr, nullptr), 0) << std::strerror(errno);
+  ASSERT_EQ(::waitpid(process, nullptr, __WALL), process);
+  user_regs_struct registers{};
+  iovec all{&registers, sizeof registers};
+  ASSERT_EQ(::ptrace(PTRACE_GETREGSET, process, NT_PRSTATUS, &all), 0) << std::strerror(errno);
+#if defined(__x86_64__)
+  registers.rsp = 4096;
+#else
+  registers.sp = 4096;
+#endif
+  ASSERT_EQ(::ptrace(PTRACE_SETREGSET, process, NT_PRSTATUS, &all), 0) << std::strerror(errno);
+  ASSERT_EQ(::ptrace(PTRACE_DETACH, process, nullptr, nullptr), 0) << std::strerror(errno);
+}
+
 struct Death {
   const char* who;
   const char* how;
-  int signal;  // to the program or the device process; 0: the program dies by itself
+  int signal;  // to the program or the device process; 0: a process whose stack overflows, or a program by itself
 };
 
 constexpr Death kOfProgram[] = {
@@ -134,6 +157,7 @@ constexpr Death kOfProgram[] = {
 constexpr Death kOfDeviceProcess[] = {{"device process", "SIGKILL", SIGKILL},
                                       {"device process", "crash in the exchange", SIGSEGV},
                                       {"device process", "hang in the exchange", SIGSTOP},
+                                      {"device process", "overflow", 0},
                                       {"device process", "SIGTERM", SIGTERM}};
 
 // Lets the program render 1 N, lets it die, and prints a row. Returns the last force.
@@ -146,6 +170,8 @@ double lastForceAfter(Hardware& hardware, const Death& death, const std::string&
   const bool of_device = std::string(death.who) == "device process";
   if (death.who == std::string("device"))
     hardware.unplug();
+  else if (of_device && death.signal == 0)
+    overflowStackOf(device_process);
   else if (of_device)
     ::kill(device_process, death.signal);
   else
