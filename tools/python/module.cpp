@@ -7,6 +7,7 @@ PYBIND11_MODULE(_core, module) {
   filiform::python::addErrors(module);
   filiform::python::addSet(module);
   filiform::python::addQueries(module);
+  filiform::python::addSegments(module);
   filiform::python::addAttributes(module);
   filiform::python::addMeasures(module);
   filiform::python::addContacts(module);

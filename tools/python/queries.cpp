@@ -233,9 +233,7 @@ std::vector<NearestResult> inSphere(const Nearest& search, const Vector3d& centr
 }
 
 // By cell: its id and the number of its segments.
-py::dict countsOf(const std::vector<NearestResult>& results) {
-  std::map<std::uint32_t, std::uint64_t> counts;
-  for (const NearestResult& result : results) ++counts[result.segment.cell];
+py::dict countsOf(const std::map<std::uint32_t, std::uint64_t>& counts) {
   py::dict dict;
   for (const auto& [cell, count] : counts) dict[py::int_(cell)] = count;
   return dict;
@@ -300,11 +298,18 @@ void addQueries(py::module_& module) {
                const auto open = handle.get();
                return foundArrays(*open, inBox(*searchOf(open, filter), box), ends);
              });
-  module.def("box_counts", [](SetHandle& handle, py::handle corner, py::handle opposing, const FilterWords& filter) {
-    const auto box = boxArgument(corner, opposing);
-    const auto open = handle.get();
-    return countsOf(inBox(*searchOf(open, filter), box));
-  });
+  module.def("box_counts",
+             [](SetHandle& handle, py::handle corner, py::handle opposing, const FilterWords& filter, bool by_middle) {
+               const auto box = boxArgument(corner, opposing);
+               const auto open = handle.get();
+               const auto search = searchOf(open, filter);
+               std::map<std::uint32_t, std::uint64_t> counts;
+               {
+                 const py::gil_scoped_release released;
+                 counts = search->countInBox(box.first, box.second, by_middle);
+               }
+               return countsOf(counts);
+             });
   module.def("sphere_query",
              [](SetHandle& handle, py::handle center, py::handle radius_value, bool ends, const FilterWords& filter) {
                const Vector3d centre = pointArgument("center", center);
@@ -317,7 +322,10 @@ void addQueries(py::module_& module) {
                const Vector3d centre = pointArgument("center", center);
                const double radius = radiusArgument(radius_value);
                const auto open = handle.get();
-               return countsOf(inSphere(*searchOf(open, filter), centre, radius));
+               std::map<std::uint32_t, std::uint64_t> counts;
+               for (const NearestResult& found : inSphere(*searchOf(open, filter), centre, radius))
+                 ++counts[found.segment.cell];
+               return countsOf(counts);
              });
   module.def("ray", &ray);
 }

@@ -9,6 +9,7 @@ namespace filiform::python {
 void addErrors(pybind11::module_& module);      // CorruptSet, and what other errors become
 void addSet(pybind11::module_& module);         // SetHandle: opening, totals, names of cells
 void addQueries(pybind11::module_& module);     // SetHandle: nearest, boxes, rays
+void addSegments(pybind11::module_& module);    // all segments in one pass
 void addAttributes(pybind11::module_& module);  // SetHandle: columns of values of cells
 void addMeasures(pybind11::module_& module);    // SetHandle: morphometrics
 void addContacts(pybind11::module_& module);    // SetHandle: where cells come close

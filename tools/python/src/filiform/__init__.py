@@ -12,12 +12,13 @@ OSError for a file or server that cannot be read, CorruptSet for damaged files. 
 """
 
 from ._core import CorruptSet, version as __version__
-from .cell import Cell, CellPath
+from .cell import Cell
 from .cells import CellList, Cells
 from .making import IngestReport, ingest
 from .navigation import Navigation
 from .pictures import render
-from .set import Density, LevelSegments, Set, open
+from .results import CellPath, Density, GroupedDensity, LevelSegments
+from .set import Set, open
 
 __all__ = [
     "Cell",
@@ -26,6 +27,7 @@ __all__ = [
     "Cells",
     "CorruptSet",
     "Density",
+    "GroupedDensity",
     "IngestReport",
     "LevelSegments",
     "Navigation",

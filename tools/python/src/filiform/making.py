@@ -106,6 +106,12 @@ def ingest(
 
     Ctrl-C ends the ingest within a fraction of a second. After any failure an existing set is unchanged, and no new one
     exists. Raises ValueError for input that cannot be used and for a set that exists, OSError.
+
+    >>> report = ff.ingest("L5_1.swc", "one.fil")
+    >>> report.cells, report.refused
+    (1, [])
+    >>> [(record.line, record.code) for record in report.records]
+    []
     """
     paths = [inputs] if isinstance(inputs, (str, os.PathLike)) else list(inputs)
     for path in paths:
