@@ -132,9 +132,9 @@ void cutSegment(const NeuriteDensity& grid, const Vector3d& from_W, const Vector
 }
 
 // The lengths of groups, some of a group in parts. Merges them when they have doubled.
-class Groups {
+class GroupLengths {
  public:
-  explicit Groups(std::uint64_t most) : most_(most) {}
+  explicit GroupLengths(std::uint64_t most) : most_(most) {}
 
   void add(const DensityGroup& part) {
     if (!parts_.empty() && !isLower(parts_.back(), part) && !isLower(part, parts_.back())) {
@@ -186,7 +186,7 @@ NeuriteDensity densityOf(const TileStore& store, const DensityOptions& options) 
     return options.types.empty() || std::find(options.types.begin(), options.types.end(), type) != options.types.end();
   };
   const Grid positions = store.grid();
-  Groups groups(options.most_boxes);
+  GroupLengths groups(options.most_boxes);
   forEachSegment(store,
                  {.with_appearance = true,
                   .cells = options.cells,

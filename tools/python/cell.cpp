@@ -38,7 +38,8 @@ class PythonCell {
   const CellGraph& graph() const { return graph_; }
   // Made at the first call, with a copy of the graph: most cells are only read.
   const CellPaths& paths() const {
-    std::call_once(once_, [this] { paths_ = std::make_unique<CellPaths>(graph_); });
+    const std::lock_guard lock(mutex_);
+    if (!paths_) paths_ = std::make_unique<CellPaths>(graph_);
     return *paths_;
   }
   std::string quotedName() const { return "'" + escaped(graph().name, 80) + "'"; }
@@ -82,7 +83,7 @@ class PythonCell {
 
  private:
   CellGraph graph_;
-  mutable std::once_flag once_;
+  mutable std::mutex mutex_;
   mutable std::unique_ptr<const CellPaths> paths_;
 };
 

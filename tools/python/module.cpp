@@ -14,5 +14,6 @@ PYBIND11_MODULE(_core, module) {
   filiform::python::addCell(module);
   filiform::python::addLevels(module);
   filiform::python::addNavigate(module);
+  filiform::python::addTravel(module);
   filiform::python::addIngest(module);
 }

@@ -79,19 +79,22 @@ void requireMemory(double rows) {
 using FilterWords = std::tuple<std::optional<std::vector<std::uint32_t>>, std::vector<std::uint32_t>, std::string,
                                std::vector<std::string>>;
 
+// The cells that meet all conditions, ascending.
+std::vector<std::uint32_t> cellsMeeting(const OpenSet& open, const std::vector<std::string>& where) try {
+  const tools::CellConditions conditions(where);
+  const py::gil_scoped_release released;
+  SignalCheck check;
+  return conditions.select(open.set(), open.set(), CellAttributes(open.set()), 1,
+                           [&check](const auto&, std::size_t) { check(); });
+} catch (const UsageError& error) {
+  throw py::value_error(std::string(error.what()).substr(std::string_view("--").size()));
+}
+
 std::shared_ptr<const Nearest> searchOf(const std::shared_ptr<const OpenSet>& open, const FilterWords& words) {
   const auto& [cells, not_cells, types, where] = words;
   tools::FilterParts parts{.not_cells = not_cells};
   if (!types.empty()) parts.types = tools::parseSegmentTypes(types, ',', "type");
-  if (!where.empty()) try {
-      const tools::CellConditions conditions(where);
-      const py::gil_scoped_release released;
-      SignalCheck check;
-      parts.met = conditions.select(open->set(), open->set(), CellAttributes(open->set()), 1,
-                                    [&check](const auto&, std::size_t) { check(); });
-    } catch (const UsageError& error) {
-      throw py::value_error(std::string(error.what()).substr(std::string_view("--").size()));
-    }
+  if (!where.empty()) parts.met = cellsMeeting(*open, where);
   if (cells && parts.met)
     std::erase_if(*parts.met, [&](std::uint32_t c) { return !std::binary_search(cells->begin(), cells->end(), c); });
   else if (cells)
@@ -292,6 +295,9 @@ void addQueries(py::module_& module) {
   module.attr("HIT") = py::dtype::of<HitRow>();
   module.attr("RAY_HIT") = py::dtype::of<RayRow>();
   module.def("nearest", &nearest);
+  module.def("cells_meeting", [](SetHandle& handle, const std::vector<std::string>& where) {
+    return cellsMeeting(*handle.get(), where);
+  });
   module.def("box_query",
              [](SetHandle& handle, py::handle corner, py::handle opposing, bool ends, const FilterWords& filter) {
                const auto box = boxArgument(corner, opposing);

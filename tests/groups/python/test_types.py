@@ -29,7 +29,7 @@ def test_mypy_finds_nothing(tmp_path):
 def test_stubs_are_those_of_the_modules(tmp_path):
     # pybind11 does not tell its signatures: names and kinds are compared.
     allow = tmp_path / "allow"
-    allow.write_text("filiform\\._core\\..*\\.__.*__\nfiliform\\._core\\.(SetHandle|CellData|OpenSet|RecordReader|SegmentReader)(\\..*)?\n")
+    allow.write_text("filiform\\._core\\..*\\.__.*__\nfiliform\\._core\\.(SetHandle|CellData|OpenSet|RecordReader|SegmentReader|TravelData)(\\..*)?\n")
     done = mypy("mypy.stubtest", "--ignore-missing-stub", "--ignore-unused-allowlist", "--ignore-positional-only",
                 "--allowlist", str(allow), "filiform._core")
     assert done.returncode == 0, done.stdout + done.stderr

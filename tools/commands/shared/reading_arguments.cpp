@@ -67,4 +67,15 @@ std::shared_ptr<ReadingArguments> addReadingArguments(CLI::App& command, bool wi
   return a;
 }
 
+void addCircuitArguments(CLI::App& command, CircuitOptions& circuit, bool& no_soma_links) {
+  command.add_option("--population", circuit.population, "read only this population of a circuit or of nodes.h5")
+      ->type_name("NAME");
+  command
+      .add_option("--morphologies", circuit.morphologies,
+                  "find the morphologies of nodes.h5, or of a circuit, in this folder or H5 container")
+      ->type_name("PATH");
+  command.add_flag("--no-soma-links", no_soma_links,
+                   "do not link the soma to its neurites in formats that state no such links (H5, ASC)");
+}
+
 }  // namespace filiform::tools

@@ -16,6 +16,7 @@ void addContacts(pybind11::module_& module);    // SetHandle: where cells come c
 void addCell(pybind11::module_& module);
 void addLevels(pybind11::module_& module);
 void addNavigate(pybind11::module_& module);
+void addTravel(pybind11::module_& module);  // tick by tick
 void addIngest(pybind11::module_& module);
 
 // The class that addSet() made; addQueries(), addLevels() and addNavigate() add functions that take it.

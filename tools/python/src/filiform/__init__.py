@@ -14,25 +14,39 @@ OSError for a file or server that cannot be read, CorruptSet for damaged files. 
 from ._core import CorruptSet, version as __version__
 from .cell import Cell
 from .cells import CellList, Cells
-from .making import IngestReport, ingest
+from .making import CheckedInput, CheckReport, IngestReport, Record, Records, VerifyReport, check, compact, ingest, remove, verify
 from .navigation import Navigation
 from .pictures import render
 from .results import CellPath, Density, GroupedDensity, LevelSegments
 from .set import Set, open
+from .travel import Tick, Travel
+from .view import View
 
 __all__ = [
     "Cell",
     "CellList",
     "CellPath",
     "Cells",
+    "CheckReport",
+    "CheckedInput",
     "CorruptSet",
     "Density",
     "GroupedDensity",
     "IngestReport",
     "LevelSegments",
     "Navigation",
+    "Record",
+    "Records",
     "Set",
+    "Tick",
+    "Travel",
+    "VerifyReport",
+    "View",
+    "check",
+    "compact",
     "ingest",
     "open",
+    "remove",
     "render",
+    "verify",
 ]

@@ -21,7 +21,8 @@ from .fields import Fields
 from .navigation import Navigation
 from .pictures import notebook_png, render
 from .results import Density, GroupedDensity, LevelSegments
-from .scene import Owner
+from .view import View
+from .scene import Owner, Progress
 
 Array = npt.NDArray[Any]
 
@@ -289,21 +290,24 @@ False"""
         column_of_text: Array = named[np.minimum(values, len(texts))]
         return column_of_text
 
-    def where(self, **conditions: Any) -> CellList:
+    def _cells_meeting(self, where: Union[str, Sequence[str]]) -> list[int]:
+        return _core.cells_meeting(self._handle, [where] if isinstance(where, str) else list(where))
+
+    def where(self, *texts: str, **conditions: Any) -> CellList:
         """The cells whose attributes meet all conditions, by ascending index.
 
         A condition is a value, a list of values, or a function that takes the whole column and returns a mask:
-        ``s.where(mtype=["L5_TPC:A", "L5_TPC:B"], layer=5)``, ``s.where(depth=lambda d: d > 800)``.
+        ``s.where(mtype=["L5_TPC:A", "L5_TPC:B"], layer=5)``, ``s.where(depth=lambda d: d > 800)``. Texts are conditions
+        as in ``filiform cells --where``: ``s.where("layer>=5", "measure:length>5000")``.
         Raises KeyError for an unknown attribute.
 
         >>> [cell.name for cell in s.where(layer=5)]
         ['L5_1', 'L5_2']
-        >>> len(s.where(layer=lambda layer: layer < 5))
-        1
+        >>> len(s.where(layer=lambda layer: layer < 5)), len(s.where("mtype=T*", "measure:length>20"))
+        (1, 2)
         """
         mask = np.zeros(self._handle.cell_limit(), bool)
-        for index, _ in self._handle.cells_named(b""):
-            mask[index] = True
+        mask[self._cells_meeting(texts) if texts else self._chosen(None)] = True
         for name, condition in conditions.items():
             column = self.attribute(name)
             if callable(condition):
@@ -798,6 +802,47 @@ False"""
             os.fspath(record),
         )
         return Navigation(ticks, summary)
+
+    def export(
+        self,
+        path: Union[str, "os.PathLike[str]"],
+        cells: Any = None,
+        *,
+        type: Union[str, Sequence[str], None] = None,
+        format: str = "",
+        progress: Progress = None,
+    ) -> int:
+        """Write cells in other formats, as ``filiform export`` does; return the number of samples.
+
+        Parameters
+        ----------
+        path : the ending chooses: ``.swc``, ``.edges`` (keeps loops), ``.obj`` or ``.vtk`` for one cell; ``"DIR/"``,
+            ``"ARCHIVE.zip"`` or ``"DIR.precomputed"`` (Neuroglancer) for several.
+        cells : a name or Cell, or a sequence of them. Default: all cells.
+        type : only samples of these types; a sample whose parent is left out becomes a root.
+        format : of the files of a folder or archive: ``"swc"``, ``"edges"``, ``"obj"``, ``"vtk"``; ``"precomputed"``:
+            skeletons in few files. Default: SWC, edges for a cell with loops.
+
+        A file is replaced when all is written; a folder must be empty. Raises ValueError, KeyError, OSError.
+
+        >>> s.export("cells.zip")
+        13
+        >>> s.export("L5_1_axon.swc", "L5_1", type="axon")
+        1
+        """
+        chosen = self._chosen(cells)
+        return _core.export(self._handle, chosen, _listed(type), os.fsencode(path), format, {"progress": progress})
+
+    def view(self, *, page: str | None = None, height: int = 600) -> View:
+        """A view for a notebook: the travelling page of a server in a frame, or a picture with a link to it.
+
+        page : address of a server's page; for a set at the address of a server, its own. Without one, the picture alone.
+            The frame needs a server that lets the notebook's page hold it; otherwise the picture links to the page.
+
+        >>> s.view()
+        <filiform.View of 'column.fil': a picture>
+        """
+        return View(self, page, height)
 
     def render(self, **options: Any) -> Array:
         """`filiform.render` of this set.
