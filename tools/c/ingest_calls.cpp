@@ -52,7 +52,16 @@ void ingestCells(const std::vector<std::string>& paths, const std::string& outpu
   if (options.unit != nullptr) tools::readUnit(options.unit, order.reading.swc);
   order.reading.progress = [&](std::uint64_t done, std::uint64_t total) { progress("reading", done, total); };
   if (options.placements != nullptr) order.placements.path = options.placements;
+  if (options.attributes != nullptr) order.attributes.path = options.attributes;
+  if (options.key != nullptr) order.key = options.key;
+  if (options.population != nullptr) order.circuit.population = options.population;
+  if (options.morphologies != nullptr) order.circuit.morphologies = options.morphologies;
+  if (options.version != nullptr) order.reading.versions = tools::morphologyVersion(options.version, "version");
+  order.reading.swc.soma_links = options.no_soma_links == 0;
+  order.reading.one_cell_a_file = options.one_cell_a_file != 0;
   order.add = options.add != 0;
+  order.sync = options.sync != 0;
+  order.remove_gone = options.remove_gone != 0;
   tools::checkOrder(order, wanted.force);
   wanted.progress = [&progress](const char* phase, std::uint64_t done, std::uint64_t total) {
     if (std::string_view(phase) != "reading") progress(phase, done, total);  // the input tells it, in bytes

@@ -138,12 +138,7 @@ InputOptions readingOf(const Arguments& a) {
   reading.swc.soma_links = a.get<bool>("soma_links", true);
   tools::readUnit(a.get<std::string>("unit", "um"), reading.swc);
   reading.one_cell_a_file = a.get<bool>("one_cell_a_file");
-  const auto version = a.get<std::string>("version", "cng");
-  if (version != "cng" && version != "source" && version != "both")
-    throw py::value_error("version: choose cng, source or both, not '" + inShort(version) + "'");
-  reading.versions = version == "both"     ? MorphologyVersion::both
-                     : version == "source" ? MorphologyVersion::source
-                                           : MorphologyVersion::cng;
+  reading.versions = tools::morphologyVersion(a.get<std::string>("version", "cng"), "version");
   if (a.has("ids"))
     reading.ids = std::make_shared<const std::vector<std::uint64_t>>(a.get<std::vector<std::uint64_t>>("ids"));
   reading.where = a.get<std::vector<std::string>>("where");

@@ -128,6 +128,7 @@ def test_other_mistakes_are_named(tmp_path, example):
         (dict(inputs={"a/b": SWC}), ValueError, "'a/b' cannot be the name of a cell"),
         (dict(inputs=[SWC[0]]), TypeError, "inputs: expected paths or neurons, got ndarray"),
         (dict(inputs=[5]), TypeError, "inputs: expected paths or neurons, got int"),
+        (dict(inputs=[]), ValueError, "inputs: give at least one file"),
         (dict(inputs=swc, version="newest"), ValueError, "version: choose cng, source or both, not 'newest'"),
         (dict(inputs=swc, cells="x"), ValueError, "cells, type: choose from a tile set; inputs is none"),
         (dict(inputs=swc, key="name"), ValueError, "attributes, key: go together"),

@@ -86,6 +86,8 @@ def test_mistakes_are_named(s):
         s.segments(cells="nobody")
     with pytest.raises(TypeError):
         s.segments(chunks="many")
+    with pytest.raises(TypeError, match="step: expected a number, got str"):
+        s.density("coarse")
 
 
 def test_a_closed_set_ends_no_pass_that_began(column):

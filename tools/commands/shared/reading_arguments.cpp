@@ -3,6 +3,7 @@
 #include "index/errors.h"
 #include "index/formats/neuroglancer/object_ids.h"
 #include "index/text.h"
+#include "tools/words/making/making.h"
 #include "tools/words/numbers.h"
 
 #include <algorithm>
@@ -17,9 +18,7 @@
 namespace filiform::tools {
 
 void ReadingArguments::apply(InputOptions& options) const {
-  options.versions = version == "both"     ? MorphologyVersion::both
-                     : version == "source" ? MorphologyVersion::source
-                                           : MorphologyVersion::cng;
+  options.versions = morphologyVersion(version, "--version");
   options.remote = remote->options();
   options.where = where;
   if (!box.empty()) {

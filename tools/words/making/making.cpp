@@ -53,6 +53,13 @@ std::string doubtAbout(const AttributedCells& attributed) {
 
 unsigned threadsOr(unsigned given) { return given != 0 ? given : std::max(1u, std::thread::hardware_concurrency()); }
 
+MorphologyVersion morphologyVersion(const std::string& word, const std::string& option) {
+  if (word == "cng") return MorphologyVersion::cng;
+  if (word == "source") return MorphologyVersion::source;
+  if (word == "both") return MorphologyVersion::both;
+  throw UsageError(option + ": choose cng, source or both, not '" + inShort(word) + "'");
+}
+
 void checkOrder(const MakingOrder& order, bool force) {
   if (!order.remove.empty() && (order.add || !order.inputs.empty()))
     throw UsageError("--remove: takes no INPUT; remove first, then add with --add");

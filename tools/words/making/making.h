@@ -54,6 +54,9 @@ void checkOrder(const MakingOrder& order, bool force);
 // cannot; what ingest(), addCells(), removeCells() and syncCells() throw; exceptions of the caller's functions.
 MakingResult make(MakingOrder order, IngestOptions options);
 
+// The version that a word names: cng, source or both. Throws UsageError, which begins with `option`.
+MorphologyVersion morphologyVersion(const std::string& word, const std::string& option);
+
 // `given`, or one a core if it is 0.
 unsigned threadsOr(unsigned given);
 

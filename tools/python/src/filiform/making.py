@@ -406,6 +406,8 @@ def _ingest_cells(
 
 def _paths(inputs: Any, folder: str) -> list[bytes]:
     """The paths of the inputs. Neurons in memory go to files of the folder."""
+    if isinstance(inputs, (list, tuple, Mapping)) and not inputs:
+        raise ValueError("inputs: give at least one file, folder, archive or neuron")
     if isinstance(inputs, Mapping):
         return neurons.write(inputs, folder)
     listed = [inputs] if isinstance(inputs, (str, os.PathLike)) or neurons.is_neuron(inputs) else list(inputs)

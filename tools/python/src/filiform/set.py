@@ -453,7 +453,10 @@ False"""
         >>> s.density(50, group_by="cell,type").rows[0]
         (0, 0, 0, 1, 3, 14.14213562)
         """
-        step = float(step)
+        try:
+            step = float(step)
+        except (TypeError, ValueError):
+            raise TypeError(f"step: expected a number, got {_kind(step)}") from None
         chosen = None if cells is None else self._indices(cells)
         groups = () if group_by is None else tuple(_listed(group_by).split(","))
         for group in groups:
@@ -524,7 +527,10 @@ False"""
         )
         single = (row.names or ("",))[0] if _fields.is_single(fields) else None
         if chunks is not None:
-            chunks = operator.index(chunks)
+            try:
+                chunks = operator.index(chunks)
+            except TypeError:
+                raise TypeError(f"chunks: expected an integer, got {_kind(chunks)}") from None
             if chunks < 1:
                 raise ValueError("chunks: must be 1 row or more")
             return _parts(reader, chunks, single)
@@ -851,6 +857,10 @@ False"""
         (48, 64, 3)
         """
         return render(self, **options)
+
+
+def _kind(value: Any) -> str:
+    return type(value).__name__
 
 
 def _corners(box: Any) -> tuple[Any, Any]:
