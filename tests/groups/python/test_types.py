@@ -72,3 +72,9 @@ def test_stub_lists_what_the_module_has():
     stub = (PACKAGE / "_core.pyi").read_text()
     for name in dir(ff._core):
         assert name.startswith("__") or name in stub, name
+
+
+def test_without_numpy_one_line_says_so():
+    code = "import sys; sys.modules['numpy'] = None; import filiform"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 1 and done.stderr.splitlines()[-1].startswith("ImportError: filiform needs NumPy")
