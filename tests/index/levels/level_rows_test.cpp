@@ -30,10 +30,10 @@ TEST(LevelRows, FewPixelsNeedFewSegmentsAndManyPixelsNeedThemAll) {
   ASSERT_NE(levels, nullptr);
   const Grid grid = set->grid();
   int checks = 0;
-  LevelBox box{.lo_W = grid.toWorld(set->bounds().lo),
-               .hi_W = grid.toWorld(set->bounds().hi),
-               .pixels = 100,
-               .check = [&] { ++checks; }};
+  LevelBox box{
+      .lo_W = grid.toWorld(set->bounds().lo), .hi_W = grid.toWorld(set->bounds().hi), .pixels = 100, .check = [&] {
+        ++checks;
+      }};
   const LevelRows coarse = levelRows(*set, *levels, box);
   EXPECT_GT(checks, 0);
   EXPECT_GT(coarse.rows.size(), 0u);
