@@ -14,6 +14,8 @@
 #include <limits>
 #include <numeric>
 #include <string>
+#include <tuple>
+#include <utility>
 
 namespace filiform {
 namespace {
@@ -95,7 +97,9 @@ class Somata {
   std::vector<std::vector<std::uint32_t>> ranks_;  // by cell, ascending
 };
 
-void addSegment(NeuriteDensity& grid, const Vector3d& from_W, const Vector3d& to_W) {
+// Calls use(box, length_um) for each box that the segment passes.
+template <typename Use>
+void cutSegment(const NeuriteDensity& grid, const Vector3d& from_W, const Vector3d& to_W, const Use& use) {
   const Vector3d d_W = to_W - from_W;
   const double length_um = d_W.norm();
   std::array<std::int64_t, 3> at{};  // the box, in steps
@@ -119,13 +123,57 @@ void addSegment(NeuriteDensity& grid, const Vector3d& from_W, const Vector3d& to
     const bool ends =
         leaves[axis] >= 1 || inside < 0 || inside >= static_cast<std::int64_t>(grid.boxes[axis]);  // by rounding
     const double until = ends ? 1 : leaves[axis];
-    if (until > t) grid.lengths_um[box] += (until - t) * length_um, t = until;
+    if (until > t) use(box, (until - t) * length_um), t = until;
     if (ends) return;
     box = next > at[axis] ? box + strides[axis] : box - strides[axis];
     at[axis] = next;
     leaves[axis] = leave(axis);
   }
 }
+
+// The lengths of groups, some of a group in parts. Merges them when they have doubled.
+class GroupLengths {
+ public:
+  explicit GroupLengths(std::uint64_t most) : most_(most) {}
+
+  void add(const DensityGroup& part) {
+    if (!parts_.empty() && !isLower(parts_.back(), part) && !isLower(part, parts_.back())) {
+      parts_.back().length_um += part.length_um;
+      return;
+    }
+    if (parts_.size() >= std::max<std::size_t>(2 * merged_, kLeast)) merge();
+    parts_.push_back(part);
+  }
+  std::vector<DensityGroup> take() {
+    merge();
+    return std::move(parts_);
+  }
+
+ private:
+  static constexpr std::size_t kLeast = std::size_t{1} << 16;
+  static bool isLower(const DensityGroup& a, const DensityGroup& b) {
+    return std::tie(a.box, a.cell, a.type) < std::tie(b.box, b.cell, b.type);
+  }
+  void merge() {
+    std::stable_sort(parts_.begin(), parts_.end(), isLower);  // the sums do not depend on the sort
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < parts_.size(); ++i) {
+      if (kept > 0 && !isLower(parts_[kept - 1], parts_[i]))
+        parts_[kept - 1].length_um += parts_[i].length_um;
+      else
+        parts_[kept++] = parts_[i];
+    }
+    parts_.resize(kept);
+    merged_ = kept;
+    if (kept > most_)
+      throw UsageError("more than " + formatCount(most_) +
+                       " groups of boxes, cells and types: give a larger step or fewer cells");
+  }
+
+  const std::uint64_t most_;
+  std::size_t merged_ = 0;
+  std::vector<DensityGroup> parts_;
+};
 
 }  // namespace
 
@@ -138,16 +186,25 @@ NeuriteDensity densityOf(const TileStore& store, const DensityOptions& options) 
     return options.types.empty() || std::find(options.types.begin(), options.types.end(), type) != options.types.end();
   };
   const Grid positions = store.grid();
+  GroupLengths groups(options.most_boxes);
   forEachSegment(store,
                  {.with_appearance = true,
                   .cells = options.cells,
                   .threads = std::max(options.threads, 1U),
                   .check = options.check},
                  [&](TileId, std::span<const PassedSegment> segments) {
-                   for (const PassedSegment& s : segments)
-                     if (s.type != kSomaType && isWanted(s.type) && !somata.has(s.id.cell, s.parent_sample))
-                       addSegment(grid, positions.toWorld(s.child), positions.toWorld(s.parent));
+                   for (const PassedSegment& s : segments) {
+                     if (s.type == kSomaType || !isWanted(s.type) || somata.has(s.id.cell, s.parent_sample)) continue;
+                     const std::uint32_t cell = options.by_cell ? s.id.cell : 0;
+                     const std::uint16_t type = options.by_type ? s.type : std::uint16_t{0};
+                     cutSegment(grid, positions.toWorld(s.child), positions.toWorld(s.parent),
+                                [&](std::size_t box, double length_um) {
+                                  grid.lengths_um[box] += length_um;
+                                  if (options.by_cell || options.by_type) groups.add({box, cell, type, length_um});
+                                });
+                   }
                  });
+  grid.groups = groups.take();
   return grid;
 }
 

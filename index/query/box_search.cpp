@@ -21,6 +21,7 @@ struct AskedBox {
   Vector3d middle_W;
   std::vector<TileId> tiles{};
   std::vector<WorldBox> boxes{};  // of the tiles
+  bool by_middle = false;         // only segments whose middle lies in the half-open box
 
   AskedBox(const Grid& grid, const Vector3d& lo_W, const Vector3d& hi_W)
       : box{snapped(grid, lo_W), snapped(grid, hi_W)},
@@ -38,6 +39,9 @@ struct AskedBox {
       tiles.push_back(tile);
       boxes.push_back(tile_box);
     }
+  }
+  bool holdsMiddle(const GridPoint& middle) const {
+    return (middle.array() >= box.lo.array()).all() && (middle.array() < box.hi.array()).all();
   }
   // Whether a segment that tile `i` does not own is found in its owner too, or else in an earlier tile.
   bool isFoundElsewhere(const internal::SearchedSet& set, std::size_t i, const Tile& tile, std::uint32_t s,
@@ -63,7 +67,8 @@ struct AskedBox {
   void collect(const internal::SearchedSet& set, std::size_t i, bool once, std::uint32_t& tiles_read,
                std::vector<Candidate>& found, std::vector<internal::Unsure<Candidate>>& ghosts) const {
     set.forEachIn(region, tiles[i], tiles_read, [&](const Tile& tile, std::uint32_t s, bool is_sure) {
-      if (!segmentMeetsBox(tile.gridPoint(tile.child(s)), tile.gridPoint(tile.parent(s)), box)) return;
+      const GridPoint child = tile.gridPoint(tile.child(s)), parent = tile.gridPoint(tile.parent(s));
+      if (by_middle ? !holdsMiddle(midpoint(child, parent)) : !segmentMeetsBox(child, parent, box)) return;
       if (once && !tile.owned(s) && isFoundElsewhere(set, i, tile, s, tiles_read)) return;
       const ClosestPoint c = closestPoint(tile.position_W(tile.child(s)), tile.position_W(tile.parent(s)), middle_W);
       const Candidate candidate{c.squared_distance, tile.segmentId(s), c.t, c.p_W, tile.id()};
@@ -88,6 +93,20 @@ void settle(const internal::SearchedSet& set, const std::vector<internal::Unsure
     if (set.wants(ghost.found.segment, ghost.middle, tiles_read)) found.push_back(ghost.found);
 }
 
+// All segments of the box, some several times. Finds the tiles of `asked`.
+std::vector<Candidate> foundIn(const internal::SearchedSet& set, AskedBox& asked, std::uint32_t& tiles_read) {
+  std::vector<Candidate> found;
+  std::vector<internal::Unsure<Candidate>> ghosts;
+  asked.findTiles(set, tiles_read);
+  internal::TileRounds rounds(set.store, set.cache, internal::TileRounds::kMost);
+  for (std::uint32_t i = 0; i < asked.tiles.size(); ++i) {
+    rounds.before(i, asked.tiles);
+    asked.collect(set, i, false, tiles_read, found, ghosts);
+  }
+  settle(set, ghosts, tiles_read, found);
+  return found;
+}
+
 NearestResult resultOf(const Candidate& c, std::size_t rank, std::uint32_t tiles_read, std::uint32_t tiles_searched) {
   return {static_cast<std::uint32_t>(rank),
           std::sqrt(c.squared_distance),
@@ -105,22 +124,30 @@ NearestResult resultOf(const Candidate& c, std::size_t rank, std::uint32_t tiles
 std::vector<NearestResult> Nearest::inBox(const Vector3d& lo_W, const Vector3d& hi_W, bool of_cells) const {
   checkBox(lo_W, hi_W);
   AskedBox asked(set_->store.grid(), lo_W, hi_W);
-  std::vector<Candidate> found;
-  std::vector<internal::Unsure<Candidate>> ghosts;
-  std::uint32_t tiles_read = 0, tiles_searched = 0;
-  asked.findTiles(*set_, tiles_read);
-  internal::TileRounds rounds(set_->store, set_->cache, internal::TileRounds::kMost);
-  for (std::size_t i = 0; i < asked.tiles.size(); ++i) {
-    rounds.before(tiles_searched++, asked.tiles);
-    asked.collect(*set_, i, false, tiles_read, found, ghosts);
-  }
-  settle(*set_, ghosts, tiles_read, found);
+  std::uint32_t tiles_read = 0;
+  std::vector<Candidate> found = foundIn(*set_, asked, tiles_read);
   std::sort(found.begin(), found.end());
   keepFirst(found, of_cells);
   std::vector<NearestResult> results;
   results.reserve(found.size());
+  const auto tiles_searched = static_cast<std::uint32_t>(asked.tiles.size());
   for (const Candidate& c : found) results.push_back(resultOf(c, results.size(), tiles_read, tiles_searched));
   return results;
+}
+
+std::map<std::uint32_t, std::uint64_t> Nearest::countInBox(const Vector3d& lo_W, const Vector3d& hi_W,
+                                                           bool by_middle) const {
+  checkBox(lo_W, hi_W);
+  AskedBox asked(set_->store.grid(), lo_W, hi_W);
+  asked.by_middle = by_middle;
+  std::uint32_t tiles_read = 0;
+  std::vector<Candidate> found = foundIn(*set_, asked, tiles_read);
+  const auto isLower = [](const Candidate& a, const Candidate& b) { return a.segment < b.segment; };
+  std::sort(found.begin(), found.end(), isLower);
+  std::map<std::uint32_t, std::uint64_t> counts;
+  for (std::size_t i = 0; i < found.size(); ++i)
+    if (i == 0 || isLower(found[i - 1], found[i])) ++counts[found[i].segment.cell];
+  return counts;
 }
 
 BoxPart Nearest::partOfBox(const Vector3d& lo_W, const Vector3d& hi_W, BoxPlace from, std::size_t most,

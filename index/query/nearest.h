@@ -28,6 +28,7 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -146,6 +147,12 @@ class Nearest {
   // `of_cells`: each cell once, by its segment nearest to the middle. O(log segments + tiles and segments that meet the
   // box).
   std::vector<NearestResult> inBox(const Vector3d& lo_W, const Vector3d& hi_W, bool of_cells = false) const;
+
+  // The number of segments that inBox() finds, by cell, ascending. `by_middle`: only those whose middle, rounded down
+  // to the grid, is at least lo_W and below hi_W on each axis; so boxes side by side count each segment once. Throws as
+  // inBox(). O(log segments + tiles and segments that meet the box).
+  std::map<std::uint32_t, std::uint64_t> countInBox(const Vector3d& lo_W, const Vector3d& hi_W,
+                                                    bool by_middle = false) const;
 
   // Returns a part of the segments that inBox() finds, in the set's own order: those from `from`, at most `most`, and
   // of no more tiles once `ends()` is true, but of one tile at least. The parts of a box, each from the `next` of the

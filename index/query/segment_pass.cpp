@@ -12,6 +12,7 @@
 #include <mutex>
 #include <numeric>
 #include <set>
+#include <utility>
 
 namespace filiform {
 namespace {
@@ -22,48 +23,57 @@ std::vector<TileId> allTiles(const TileStore& store) {
   return tiles;
 }
 
-class Pass {
- public:
-  Pass(const TileStore& store, const SegmentPass& pass,
-       const std::function<void(TileId, std::span<const PassedSegment>)>& visit)
-      : store_(store), pass_(pass), visit_(visit) {
+}  // namespace
+
+struct SegmentReader::Impl {
+  Impl(const TileStore& s, SegmentPass p) : store(s), pass(std::move(p)) {
     if (!pass.cells) return;
-    wanted_.resize(store.cell_count());
-    for (const std::uint32_t cell : *pass.cells) wanted_[cell] = true;
+    wanted.resize(store.cell_count());
+    for (const std::uint32_t cell : *pass.cells) wanted[cell] = true;
   }
 
-  void run() {
-    if (!pass_.box) {
-      tiles_ = pass_.cells ? tilesOf(store_, *pass_.cells) : allTiles(store_);
-      visitTiles(false);
-      return;
-    }
-    const Grid grid = store_.grid();
-    const BoxRegion region({grid.toWorld(pass_.box->lo), grid.toWorld(pass_.box->hi)});
-    for (const auto& hit : TileFinder(store_).meeting(region)) tiles_.push_back(hit.first);
-    if (store_.long_tile() != kNoTile) tiles_.push_back(store_.long_tile());
-    visitTiles(true);
-    tiles_.assign(owners_.begin(), owners_.end());
-    visitTiles(false);
+  bool wants(std::uint32_t cell) const { return !pass.cells || wanted[cell]; }
+
+  void beginTiles(std::vector<TileId> list) {
+    tiles = std::move(list);
+    taken = 0;
+    ahead.emplace(store, tiles, pass.with_appearance, TilesAhead::Reads::background, pass.threads);
   }
 
- private:
-  bool wants(std::uint32_t cell) const { return !pass_.cells || wanted_[cell]; }
+  std::vector<TileId> firstTiles() const {
+    if (!pass.box) return pass.cells ? tilesOf(store, *pass.cells) : allTiles(store);
+    std::vector<TileId> list;
+    const Grid grid = store.grid();
+    const BoxRegion region({grid.toWorld(pass.box->lo), grid.toWorld(pass.box->hi)});
+    for (const auto& hit : TileFinder(store).meeting(region)) list.push_back(hit.first);
+    if (store.long_tile() != kNoTile) list.push_back(store.long_tile());
+    return list;
+  }
 
-  void visitTiles(bool note_owners) {
-    TilesAhead ahead(store_, tiles_, pass_.with_appearance, TilesAhead::Reads::background, pass_.threads);
-    for (const TileId id : tiles_) {
-      if (pass_.check) pass_.check();
-      const auto [tile, appearance] = ahead.next();
-      segments_.clear();
-      internal::appendOwned(*tile, pass_.with_appearance ? &appearance : nullptr, segments_);
-      if (pass_.cells || pass_.box)
-        std::erase_if(segments_, [&](const PassedSegment& s) {
-          return !wants(s.id.cell) || (pass_.box && !segmentMeetsBox(s.child, s.parent, *pass_.box));
-        });
-      if (note_owners) noteOwners(*tile);
-      if (!segments_.empty()) visit_(id, segments_);
+  // False after the last tile.
+  bool hasTile() {
+    if (!ahead) {
+      notes_owners = pass.box.has_value();
+      beginTiles(firstTiles());
     }
+    if (taken == tiles.size() && notes_owners) {
+      notes_owners = false;
+      beginTiles({owners.begin(), owners.end()});
+    }
+    return taken < tiles.size();
+  }
+
+  void takeTile() {
+    if (pass.check) pass.check();
+    id = tiles[taken++];
+    const auto [tile, appearance] = ahead->next();
+    segments.clear();
+    internal::appendOwned(*tile, pass.with_appearance ? &appearance : nullptr, segments);
+    if (pass.cells || pass.box)
+      std::erase_if(segments, [&](const PassedSegment& s) {
+        return !wants(s.id.cell) || (pass.box && !segmentMeetsBox(s.child, s.parent, *pass.box));
+      });
+    if (notes_owners) noteOwners(*tile);
   }
 
   // A segment of the box may belong to a tile that does not meet the box.
@@ -71,26 +81,42 @@ class Pass {
     tile.forEachSegment([&](std::uint32_t segment, std::uint32_t child, std::uint32_t parent) {
       if (tile.owned(segment) || !wants(tile.segmentId(segment).cell)) return;
       const GridPoint a = tile.gridPoint(child), b = tile.gridPoint(parent);
-      if (!segmentMeetsBox(a, b, *pass_.box)) return;
-      const TileId owner = store_.home(midpoint(a, b));
-      if (owner != kNoTile && !std::binary_search(tiles_.begin(), tiles_.end(), owner)) owners_.insert(owner);
+      if (!segmentMeetsBox(a, b, *pass.box)) return;
+      const TileId owner = store.home(midpoint(a, b));
+      if (owner != kNoTile && !std::binary_search(tiles.begin(), tiles.end(), owner)) owners.insert(owner);
     });
   }
 
-  const TileStore& store_;
-  const SegmentPass& pass_;
-  const std::function<void(TileId, std::span<const PassedSegment>)>& visit_;
-  std::vector<bool> wanted_;  // by cell; only with pass_.cells
-  std::vector<TileId> tiles_;
-  std::set<TileId> owners_;
-  std::vector<PassedSegment> segments_;
+  const TileStore& store;
+  const SegmentPass pass;
+  std::vector<bool> wanted;  // by cell; only with pass.cells
+  std::vector<TileId> tiles;
+  std::size_t taken = 0;
+  std::optional<TilesAhead> ahead;
+  bool notes_owners = false;
+  std::set<TileId> owners;
+  std::vector<PassedSegment> segments;
+  TileId id = kNoTile;
 };
 
-}  // namespace
+SegmentReader::SegmentReader(const TileStore& store, SegmentPass pass)
+    : impl_(std::make_unique<Impl>(store, std::move(pass))) {}
+SegmentReader::~SegmentReader() = default;
+
+std::span<const PassedSegment> SegmentReader::next() {
+  while (impl_->hasTile()) {
+    impl_->takeTile();
+    if (!impl_->segments.empty()) return impl_->segments;
+  }
+  return {};
+}
+
+TileId SegmentReader::tile() const { return impl_->id; }
 
 void forEachSegment(const TileStore& store, const SegmentPass& pass,
                     const std::function<void(TileId tile, std::span<const PassedSegment> segments)>& visit) {
-  Pass(store, pass, visit).run();
+  SegmentReader reader(store, pass);
+  for (auto segments = reader.next(); !segments.empty(); segments = reader.next()) visit(reader.tile(), segments);
 }
 
 std::vector<TileId> tilesOf(const TileStore& store, std::span<const std::uint32_t> cells) {

@@ -12,6 +12,7 @@
 #include "index/tile/passed_segment.h"
 
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -36,6 +37,28 @@ struct SegmentPass {
 // O(segments of the tiles).
 void forEachSegment(const TileStore& store, const SegmentPass& pass,
                     const std::function<void(TileId tile, std::span<const PassedSegment> segments)>& visit);
+
+// The same pass, where the caller takes one tile after the other.
+//
+//   SegmentReader reader(*set, {});
+//   for (auto segments = reader.next(); !segments.empty(); segments = reader.next()) use(segments);
+//
+// Thread rule: thread-compatible.
+class SegmentReader {
+ public:
+  // Reads nothing. The store must outlive this object.
+  SegmentReader(const TileStore& store, SegmentPass pass);
+  ~SegmentReader();
+
+  // The segments of the next tile that has some, until the next call; empty after the last. Throws as
+  // forEachSegment(); no call may follow.
+  std::span<const PassedSegment> next();
+  TileId tile() const;  // of these segments
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
 
 // The tiles that own segments of these cells, ascending. Reads the list of each cell, from a set at an address several
 // together. For all cells of the set: all tiles, without reading. Throws CorruptSet, IoError.

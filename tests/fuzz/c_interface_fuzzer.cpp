@@ -125,12 +125,36 @@ class Sequence {
     }
   }
 
+  void filtered(filiform_set* set, const std::array<double, 3>& at, const std::array<double, 3>& to) {
+    std::array<const char*, 2> where{"measure:length>5", byte() < 128 ? "layer>=5" : "length"};
+    std::array<std::uint16_t, 2> types{byte(), byte()};
+    std::array<std::uint32_t, 2> cells{byte(), byte() % 2U};
+    filiform_filter filter = sizedStruct<filiform_filter>();
+    if (byte() < 128) filter.types = types.data(), filter.type_count = byte() % 3;
+    if (byte() < 64) filter.cells = cells.data(), filter.cell_count = byte() % 3;
+    if (byte() < 64) filter.where = where.data(), filter.where_count = byte() % 3;
+    filiform_set* view = nullptr;
+    told(filiform_open_filtered(set, &filter, &view));
+    filiform_cell_count* counts = nullptr;
+    std::size_t count = 0;
+    told(filiform_box_counts(view, at.data(), to.data(), byte() % 2, &counts, &count));
+    filiform_free(counts);
+    filiform_level_segment* segments = nullptr;
+    told(filiform_levels(view, at.data(), to.data(), number(), byte(), &segments, &count, nullptr));
+    filiform_free(segments);
+    double* values = nullptr;
+    std::size_t rows = 0;
+    told(filiform_measure(view, byte() < 128 ? cells.data() : nullptr, 2, "length", &values, &rows, &count));
+    filiform_free(values);
+    filiform_close(view);
+  }
+
   void search() {
     filiform_set* const set = anyHandle(sets_);
     const std::array<double, 3> at = point(), to = point();
     filiform_hit* hits = nullptr;
     std::size_t count = 0;
-    switch (byte() % 5) {
+    switch (byte() % 6) {
       case 0: {
         std::array<filiform_hit, kMostHits> found{};
         filiform_query query = sizedStruct<filiform_query>();
@@ -161,6 +185,8 @@ class Sequence {
         const int status = told(filiform_box(set, at.data(), to.data(), &hits, &count));
         return freeHits(status, hits, count);
       }
+      case 4:
+        return filtered(set, at, to);
       default: {
         filiform_ray_query ray = sizedStruct<filiform_ray_query>();
         for (int axis = 0; axis < 3; ++axis) {

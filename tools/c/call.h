@@ -6,6 +6,7 @@
 #include "tools/c/filiform.h"
 #include "tools/c/handle_table.h"
 
+#include <cstddef>
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
@@ -36,23 +37,36 @@ T* required(T* pointer, const char* name) {
   return pointer;
 }
 
+// The size of a struct in the first version that had it.
+template <class T>
+inline constexpr std::size_t kFirstSize = sizeof(T);
+template <>
+inline constexpr std::size_t kFirstSize<filiform_ingest_options> = offsetof(filiform_ingest_options, attributes);
+
+[[noreturn]] inline void refuseSize(std::uint32_t size, std::size_t known, const char* name) {
+  throw UsageError(std::string(name) + ": struct_size is " + std::to_string(size) + "; this library knows " +
+                   std::to_string(known) + " (use FILIFORM_INIT)");
+}
+
 // Throws UsageError unless struct_size is that of this version.
 template <class T>
 T* sized(T* pointer, const char* name) {
   required(pointer, name);
-  if (pointer->struct_size != sizeof(T))
-    throw UsageError(std::string(name) + ": struct_size is " + std::to_string(pointer->struct_size) +
-                     "; this library knows " + std::to_string(sizeof(T)) + " (use FILIFORM_INIT)");
+  if (pointer->struct_size != sizeof(T)) refuseSize(pointer->struct_size, sizeof(T), name);
   return pointer;
 }
 
-// The options, or those of all defaults for NULL.
+// The options, or those of all defaults for NULL. Members that an older version lacked are 0.
 template <class T>
 T optionsOr(const T* options, const char* name) {
-  if (options != nullptr) return *sized(options, name);
-  T defaults{};
-  defaults.struct_size = sizeof(T);
-  return defaults;
+  T given{};
+  given.struct_size = sizeof(T);
+  if (options == nullptr) return given;
+  if (options->struct_size != sizeof(T) && options->struct_size != kFirstSize<T>)
+    refuseSize(options->struct_size, sizeof(T), name);
+  std::memcpy(&given, options, options->struct_size);
+  given.struct_size = sizeof(T);
+  return given;
 }
 
 // An array for the caller, which filiform_free() frees; nullptr if empty.

@@ -56,7 +56,7 @@ int filiform_cell_open(filiform_set* set, uint32_t cell, filiform_cell** handle)
     const HeldSet held(set, "set");
     (*held)->requireCell(cell);
     if ((*held)->set->cell(cell).removed) throw UsageError("cell " + std::to_string(cell) + ": was removed");
-    auto opened = std::make_shared<OpenCell>(readCell((*held)->kept, cell, true));
+    auto opened = std::make_shared<OpenCell>(readCell((*held)->files->kept, cell, true));
     *handle = static_cast<filiform_cell*>(HandleTable::ofProcess().add(HandleKind::cell, std::move(opened)));
   });
 }

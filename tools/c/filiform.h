@@ -1,4 +1,5 @@
-/* filiform.h: the C interface of filiform, C17. Tile sets of neurons: search, cells, paths, ingest and navigation.
+/* filiform.h: the C interface of filiform, C99 to C23 and C++11 on. Tile sets of neurons: search, cells, attributes,
+ * measures, paths, ingest and navigation.
  *
  *   filiform_set *set = NULL;
  *   if (filiform_open("column.fil", NULL, &set) != FILIFORM_OK) {
@@ -26,8 +27,9 @@
  *
  *   filiform_query query = FILIFORM_INIT(query);
  *
- * 0 means the default in every option. A size that the library does not know is FILIFORM_USAGE. All other structs, such
- * as filiform_hit, never change.
+ * 0 means the default in every option. The library takes each size that the struct had in a version since 0.1; members
+ * that it lacks are 0, and are not written. Another size is FILIFORM_USAGE. All other structs, such as filiform_hit, never
+ * change.
  *
  * Handles (filiform_set, filiform_cell, filiform_travel) are not pointers to memory. A null, closed or invented handle
  * gives FILIFORM_USAGE. Each handle must be closed. Closing NULL does nothing.
@@ -58,8 +60,17 @@ extern "C" {
 #endif
 
 /* Initialises a struct that begins with struct_size. */
+#ifdef __cplusplus
+#define FILIFORM_INIT(variable)                                     \
+  ([] {                                                             \
+    decltype(variable) initial = decltype(variable)();              \
+    initial.struct_size = static_cast<uint32_t>(sizeof(variable)); \
+    return initial;                                                 \
+  }())
+#else
 #define FILIFORM_INIT(variable) \
   { .struct_size = (uint32_t)sizeof(variable) }
+#endif
 
 /* ---- Errors ------------------------------------------------------------------------------------------------- */
 
@@ -187,6 +198,46 @@ typedef struct filiform_ray_query {
 /* The segments along a ray, the first along it first. */
 FILIFORM_API int filiform_ray(filiform_set* set, const filiform_ray_query* ray, filiform_hit** hits, size_t* count);
 
+typedef struct filiform_cell_count {
+  uint32_t cell;
+  uint32_t reserved;
+  uint64_t segments;
+} filiform_cell_count;
+
+/* The number of segments that meet a closed box, by cell, ascending. `by_middle` not 0: only those whose middle is at
+ * least lo_um and below hi_um on each axis, so that boxes side by side count each segment once. */
+FILIFORM_API int filiform_box_counts(filiform_set* set, const double lo_um[3], const double hi_um[3], int by_middle,
+                                     filiform_cell_count** counts, size_t* count);
+
+typedef struct filiform_filter {
+  uint32_t struct_size;
+  uint32_t type_count;
+  const uint16_t* types; /* only segments of these types, as in filiform_cell_arrays; NULL: all */
+  const uint32_t* cells; /* only segments of these cells; NULL: all */
+  size_t cell_count;
+  const char* const* where; /* conditions as filiform_where() takes them, which all must hold; NULL: none */
+  size_t where_count;
+} filiform_filter;
+
+/* Opens a view of a set: to its searches and counts, all other segments are as if they did not exist. Cells, attributes
+ * and measures stay those of the set. Close it with filiform_close(); the set may be closed before. */
+FILIFORM_API int filiform_open_filtered(filiform_set* set, const filiform_filter* filter, filiform_set** filtered);
+
+typedef struct filiform_level_segment {
+  double child_um[3], parent_um[3];
+  float radius_um; /* NaN: unknown */
+  uint16_t type;
+  uint16_t reserved;
+  uint32_t cell;
+  uint32_t reserved2;
+} filiform_level_segment;
+
+/* Simplified neurites that draw a box whose longest side is `pixels` wide, with an error below a pixel. `most`: limits
+ * the choice of tiles; 0: 2 000 000. `*error_um`: no neurite is farther from its drawn form; may be NULL.
+ * FILIFORM_INPUT: the set has no levels of detail. */
+FILIFORM_API int filiform_levels(filiform_set* set, const double lo_um[3], const double hi_um[3], double pixels,
+                                 uint64_t most, filiform_level_segment** segments, size_t* count, double* error_um);
+
 /* ---- Cells -------------------------------------------------------------------------------------------------- */
 
 typedef struct filiform_cell_info {
@@ -208,6 +259,47 @@ FILIFORM_API int filiform_find_cell(filiform_set* set, const char* name, uint32_
 /* The ids of the cells whose name matches in any letter case: * stands for any text, ? for any byte, [a-z] for one of a
  * list. NULL: all cells. Removed cells are left out. O(cells). */
 FILIFORM_API int filiform_cells(filiform_set* set, const char* pattern, uint32_t** cells, size_t* count);
+
+/* ---- Attributes and measures of cells ------------------------------------------------------------------------- */
+
+typedef enum filiform_attribute_type {
+  FILIFORM_TEXT = 0,
+  FILIFORM_INTEGER = 1,
+  FILIFORM_REAL = 2
+} filiform_attribute_type;
+
+typedef struct filiform_attribute {
+  const char* name;  /* valid until the set is closed */
+  uint32_t type;     /* a filiform_attribute_type */
+  uint32_t reserved;
+  uint64_t values; /* cells that have one */
+} filiform_attribute;
+
+/* The attributes of the set's cells, such as "mtype" and "layer", ascending by name. */
+FILIFORM_API int filiform_attributes(filiform_set* set, filiform_attribute** attributes, size_t* count);
+
+/* An attribute of all cells as numbers, by id; NaN: missing. `values` has room for filiform_info.cell_ids.
+ * FILIFORM_USAGE: an unknown attribute, or one of text. O(cells). */
+FILIFORM_API int filiform_attribute_numbers(filiform_set* set, const char* name, double* values);
+
+/* An attribute of all cells as texts, by id; NULL: missing. Numbers have all their digits. The caller frees the array;
+ * the texts are valid until the set is closed. `*count` is filiform_info.cell_ids. O(cells). */
+FILIFORM_API int filiform_attribute_texts(filiform_set* set, const char* name, const char*** texts, size_t* count);
+
+/* The ids of the cells that meet all of `condition_count` conditions, ascending: "layer>=5", "mtype=L5_*",
+ * "measure:length>5000". FILIFORM_USAGE: an unknown attribute or measure, another form. O(cells), with a measure
+ * O(segments). */
+FILIFORM_API int filiform_where(filiform_set* set, const char* const* conditions, size_t condition_count,
+                                uint32_t** cells, size_t* count);
+
+/* Measures cells. `features`: names with commas between, such as "length,tips" (index/measure/MEASURES.md). `cells`:
+ * `cell_count` ids; NULL: all that are not removed, as filiform_cells() lists them. `*values` has a row for each cell
+ * with a value for each feature, in their order; NaN: none. FILIFORM_USAGE: an unknown feature, with near names.
+ * O(segments of the cells). */
+FILIFORM_API int filiform_measure(filiform_set* set, const uint32_t* cells, size_t cell_count, const char* features,
+                                  double** values, size_t* rows, size_t* columns);
+
+/* ---- Whole cells ---------------------------------------------------------------------------------------------- */
 
 /* A whole cell, read into memory. */
 typedef struct filiform_cell filiform_cell;
@@ -293,6 +385,16 @@ typedef struct filiform_ingest_options {
   uint32_t no_levels;         /* not 0: write no levels of detail */
   filiform_progress progress; /* NULL: none */
   void* user;                 /* passed to `progress` */
+  /* since 0.2: */
+  const char* attributes;   /* a CSV or TSV table with a row a cell, whose columns stay with the cells; NULL: none */
+  const char* key;          /* its column with the names of cells */
+  const char* population;   /* of a circuit, read only this one; NULL: all */
+  const char* morphologies; /* where the morphologies of a circuit are; NULL: as it states */
+  const char* version;      /* of neurons that a NeuroMorpho archive holds twice: "cng", "source", "both"; NULL: cng */
+  uint32_t no_soma_links;   /* not 0: link no soma in formats that state no such links */
+  uint32_t one_cell_a_file; /* not 0: keep a file that holds several cells as one */
+  uint32_t sync;            /* not 0: the set follows its inputs */
+  uint32_t remove_gone;     /* not 0: with sync, remove the cells that are gone */
 } filiform_ingest_options;
 
 typedef struct filiform_ingest_result {
@@ -304,7 +406,7 @@ typedef struct filiform_ingest_result {
   uint64_t passed_over;                        /* files of folders and archives that are no inputs */
 } filiform_ingest_result;
 
-/* Builds a tile set in the folder `output` from SWC files, folders and archives: `count` paths. Publishes at once: a
+/* Builds a tile set in the folder `output` from files, folders, archives or one circuit: `count` paths. Publishes at once: a
  * failure leaves an existing set unchanged. Inputs that cannot be used are counted in `refused`; the others are
  * ingested. `options` and `result` may be NULL. The caller sets result->struct_size.
  * FILIFORM_INPUT: the set exists, or no input is usable. FILIFORM_INTERRUPTED: `progress` asked to stop. */

@@ -1,19 +1,14 @@
 // filiform.h: ingest.
-#include "index/circuits/placements.h"
-#include "index/count_text.h"
-#include "index/ingest/growth.h"
 #include "index/ingest/ingest.h"
-#include "index/ingest/input_provenance.h"
-#include "index/input/input.h"
 #include "index/remote/http_source.h"
 #include "index/text.h"
 #include "tools/c/call.h"
+#include "tools/words/making/making.h"
 #include "tools/words/unit.h"
 
-#include <algorithm>
-#include <optional>
 #include <string>
-#include <thread>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 namespace filiform::c {
@@ -44,47 +39,37 @@ IngestOptions ingestOptionsFrom(const filiform_ingest_options& options) {
   if (wanted.memory < kMinIngestMemory) throw UsageError("memory_bytes: give at least 64 MiB");
   wanted.levels = options.no_levels == 0;
   wanted.force = options.force != 0;
-  if (wanted.force && options.add != 0) throw UsageError("force replaces a set; leave it out with add");
   return wanted;
-}
-
-InputOptions inputOptionsFrom(const filiform_ingest_options& options, const IngestOptions& wanted,
-                              const ToldProgress& progress) {
-  InputOptions reading;
-  reading.swc.apply_offset = options.apply_offset != 0;
-  reading.swc.strict = options.strict != 0;
-  if (options.unit != nullptr) tools::readUnit(options.unit, reading.swc);
-  reading.memory = wanted.memory;
-  reading.threads = wanted.threads != 0 ? wanted.threads : std::max(1u, std::thread::hardware_concurrency());
-  if (options.placements != nullptr) reading.cell_share = kPlacedCellShare;
-  reading.progress = [progress](std::uint64_t done, std::uint64_t total) { progress("reading", done, total); };
-  return reading;
 }
 
 void ingestCells(const std::vector<std::string>& paths, const std::string& output,
                  const filiform_ingest_options& options, filiform_ingest_result* result) {
   const ToldProgress progress(options);
   IngestOptions wanted = ingestOptionsFrom(options);
-  Input input(paths, inputOptionsFrom(options, wanted, progress));
-  wanted.stream_bytes = input.held_bytes();
-  wanted.reading_bytes = input.reading_bytes();
-  std::optional<PlacedCells> placed;
-  if (options.placements != nullptr) {
-    placed.emplace(input, PlacementTable::read(options.placements));
-    wanted.stream_bytes += placed->held_bytes();
-  }
-  const PlacedCells* const table = placed ? &*placed : nullptr;
-  wanted.provenance = [&] {
-    requireUsable(input.reports(), table, options.strict != 0);
-    return provenanceOf(input.reports(), table);
-  };
+  tools::MakingOrder order{.inputs = paths, .output = output};
+  order.reading.swc.apply_offset = options.apply_offset != 0;
+  order.reading.swc.strict = options.strict != 0;
+  if (options.unit != nullptr) tools::readUnit(options.unit, order.reading.swc);
+  order.reading.progress = [&](std::uint64_t done, std::uint64_t total) { progress("reading", done, total); };
+  if (options.placements != nullptr) order.placements.path = options.placements;
+  if (options.attributes != nullptr) order.attributes.path = options.attributes;
+  if (options.key != nullptr) order.key = options.key;
+  if (options.population != nullptr) order.circuit.population = options.population;
+  if (options.morphologies != nullptr) order.circuit.morphologies = options.morphologies;
+  if (options.version != nullptr) order.reading.versions = tools::morphologyVersion(options.version, "version");
+  order.reading.swc.soma_links = options.no_soma_links == 0;
+  order.reading.one_cell_a_file = options.one_cell_a_file != 0;
+  order.add = options.add != 0;
+  order.sync = options.sync != 0;
+  order.remove_gone = options.remove_gone != 0;
+  tools::checkOrder(order, wanted.force);
   wanted.progress = [&progress](const char* phase, std::uint64_t done, std::uint64_t total) {
     if (std::string_view(phase) != "reading") progress(phase, done, total);  // the input tells it, in bytes
   };
-  CellStream& cells = placed ? static_cast<CellStream&>(*placed) : input;
-  const IngestResult made = options.add != 0 ? addCells(cells, output, wanted).set : ingest(cells, output, wanted);
+  const tools::MakingResult all_made = tools::make(std::move(order), std::move(wanted));
+  const IngestResult& made = all_made.set;
   if (result == nullptr) return;
-  const InputTotals all = totals(input.reports());
+  const InputTotals all = totals(all_made.reports);
   filiform_ingest_result told{};
   told.struct_size = result->struct_size;
   told.cells = made.counts.cells;

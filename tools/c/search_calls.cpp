@@ -52,7 +52,7 @@ class HitWriter {
   std::vector<filiform_hit> all(const std::vector<Result>& results) {
     std::vector<filiform_hit> hits;
     hits.reserve(results.size());
-    set_.samples.readAhead(results);
+    set_.files->samples.readAhead(results);
     for (const Result& result : results) hits.push_back((*this)(result));
     return hits;
   }
@@ -65,7 +65,7 @@ class HitWriter {
     hit.cell = segment.cell;
     hit.segment = segment.segment;
     auto& ids = ids_[segment.cell];
-    if (!ids) ids = set_.samples.cell(segment.cell);
+    if (!ids) ids = set_.files->samples.cell(segment.cell);
     hit.sample = ids->of(segment.segment);
     return hit;
   }
@@ -130,7 +130,7 @@ int filiform_nearest_many(filiform_set* set, const double* points_um, size_t poi
     std::vector<Vector3d> at(points);
     for (std::size_t i = 0; i < points; ++i) at[i] = pointFrom(points_um + 3 * i, "points_um");
     const auto found = (*held)->nearest.findAll(at, asked, std::clamp(wanted.threads, std::uint32_t{1}, kMostThreads));
-    (*held)->samples.readAhead(found);
+    (*held)->files->samples.readAhead(found);
     HitWriter write(**held);
     for (std::size_t i = 0; i < points; ++i) {
       filiform_hit* const row = hits + i * asked.k;

@@ -55,8 +55,8 @@ int filiform_open(const char* name, const filiform_open_options* options, filifo
     const filiform_open_options wanted = optionsOr(options, "options");
     NearestOptions searching;
     if (wanted.memory_bytes != 0) searching.budget_bytes = wanted.memory_bytes;
-    auto opened =
-        std::make_shared<SetHandle>(std::make_shared<OpenSet>(TileSet::open(name, remoteOf(wanted)), searching));
+    auto opened = std::make_shared<SetHandle>(
+        std::make_shared<OpenSet>(std::make_shared<SetFiles>(TileSet::open(name, remoteOf(wanted))), searching));
     *set = static_cast<filiform_set*>(HandleTable::ofProcess().add(HandleKind::set, std::move(opened)));
   });
 }

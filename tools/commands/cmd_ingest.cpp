@@ -1,20 +1,15 @@
 // filiform ingest: makes a tile set from SWC files, folders and archives.
-#include "index/circuits/attribute_table.h"
 #include "index/circuits/circuit.h"
-#include "index/circuits/placements.h"
 #include "index/errors.h"
 #include "index/ingest/growth.h"
 #include "index/ingest/ingest.h"
-#include "index/ingest/input_provenance.h"
 #include "index/input/input.h"
 #include "index/output.h"
-#include "index/ranks/rank_inputs.h"
 #include "index/remote/http_source.h"
 #include "index/subsets/set_cells.h"
 #include "index/text.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/shared/cell_choice.h"
-#include "tools/commands/shared/circuit_report.h"
 #include "tools/commands/shared/growth_report.h"
 #include "tools/commands/shared/ingest_progress.h"
 #include "tools/commands/shared/input_report_json.h"
@@ -24,6 +19,7 @@
 #include "tools/program/output_check.h"
 #include "tools/program/progress_option.h"
 #include "tools/words/answer.h"
+#include "tools/words/making/making.h"
 #include "tools/words/numbers.h"
 #include "tools/words/unit.h"
 
@@ -33,7 +29,7 @@
 #include <iostream>
 #include <optional>
 #include <sstream>
-#include <thread>
+#include <utility>
 
 #include <CLI/CLI.hpp>
 
@@ -74,40 +70,6 @@ int quantumExponentOf(const std::string& text) {
   return exponent;
 }
 
-// `given`, or one a core if it is 0.
-unsigned threadsOr(unsigned given) { return given != 0 ? given : std::max(1u, std::thread::hardware_concurrency()); }
-
-std::string placementText(const PlacedCells& placed) {
-  const PlacementReport& report = placed.report();
-  std::string text = inShort(placed.table().file()) + ": places " +
-                     counted(report.morphologies, "morphology", "morphologies") + " " + counted(report.placed, "time") +
-                     ": " + counted(report.samples, "sample") + ", " + counted(report.segments, "segment") + "\n";
-  for (const auto& [code, count] : report.codes.all())
-    text += "  " + std::string(name(code)) + " " + formatCount(count) + ": " +
-            (code == InputCode::W_BAD_LINE ? "the morphology of the row was refused; row dropped"
-                                           : std::string(explanation(code))) +
-            "\n";
-  return text;
-}
-
-std::string attributesText(const AttributedCells& attributed) {
-  const AttributeTable& table = attributed.table();
-  std::string text = inShort(table.file()) + ": attributes: " + formatCount(table.names().size()) +
-                     "; cells with a row: " + formatCount(attributed.with_row()) +
-                     ", without: " + formatCount(attributed.without_row()) +
-                     "; rows without a cell: " + formatCount(attributed.rows_without_cell());
-  if (table.repeated() > 0) text += "; rows left out, because their key came before: " + formatCount(table.repeated());
-  return text + "\n";
-}
-
-// A doubt about the table: perhaps --key names the wrong column.
-std::string doubtAbout(const AttributedCells& attributed) {
-  if (attributed.with_row() > 0 || attributed.table().rows() == 0 || attributed.without_row() == 0) return {};
-  return inShort(attributed.table().file()) + ": no row belongs to a cell: the first row is for '" +
-         escaped(attributed.table().first_key(), 60) + "', and the first cell is '" +
-         escaped(attributed.first_cell(), 60) + "'; does --key name the right column?";
-}
-
 IngestOptions ingestOptionsOf(const IngestArguments& a) {
   IngestOptions options;
   options.capacity = a.capacity;
@@ -122,31 +84,22 @@ IngestOptions ingestOptionsOf(const IngestArguments& a) {
   return options;
 }
 
-// Throws UsageError for arguments that exclude each other.
-void checkGrowth(const IngestArguments& a) {
-  if (!a.removed.empty() && (a.add || !a.inputs.empty()))
-    throw UsageError("--remove: takes no INPUT; remove first, then add with --add");
-  if (a.attributes.empty() != a.key.empty())
-    throw UsageError("--attributes and --key go together: the table, and its column with the names of cells");
-  if ((a.add || a.sync || !a.removed.empty()) && a.force)
-    throw UsageError("--force replaces a set; leave it out with --add, --sync and --remove");
-  if (a.sync && (a.add || !a.removed.empty()))
-    throw UsageError("--sync adds and removes by itself; leave out --add and --remove");
-  if (a.remove_gone && !a.sync) throw UsageError("--delete belongs to --sync; --remove CELL removes one cell");
-  if (a.sync && !a.placements.empty())
-    throw UsageError("--sync follows files and folders; leave out --placements, or make the set again with --force");
-  if (a.removed.empty() && a.inputs.empty()) throw UsageError("INPUT is missing: give files, folders or archives");
-}
-
-int runRemove(const IngestArguments& a, IngestOptions options) {
-  IngestProgress progress(a.log_s);
-  options.progress = [&](const char* phase, std::uint64_t done, std::uint64_t total) {
-    progress.build(phase, done, total);
-  };
-  const GrowthResult result = removeCells(a.removed, a.out, options);
-  progress.end();
-  std::cout << (a.json ? jsonText(ingestJson(result.set, {}, nullptr)) + "\n" : reportOf(a.out, result));
-  return 0;
+MakingOrder orderOf(const IngestArguments& a) {
+  MakingOrder order{.inputs = a.inputs, .output = a.out};
+  order.reading.swc = {.apply_offset = a.apply_offset, .strict = a.strict};
+  order.reading.swc.soma_links = !a.no_soma_links;
+  readUnit(a.unit, order.reading.swc);
+  order.reading.one_cell_a_file = a.one_cell_a_file;
+  a.reading->apply(order.reading);
+  order.circuit = a.circuit;
+  order.placements.path = a.placements;
+  order.attributes.path = a.attributes;
+  order.key = a.key;
+  order.add = a.add;
+  order.sync = a.sync;
+  order.remove_gone = a.remove_gone;
+  order.remove = a.removed;
+  return order;
 }
 
 // True for the folder of a tile set, and for an address of one, by its form.
@@ -208,26 +161,20 @@ void checkTogether(const IngestArguments& a) {
 int runIngest(const IngestArguments& a, Ranks* ranks) {
   refuseAddress("--output", a.out);
   IngestOptions options = ingestOptionsOf(a);
-  checkGrowth(a);
+  MakingOrder order = orderOf(a);
+  checkOrder(order, a.force);
   if (ranks != nullptr) checkTogether(a);
-  if (!a.removed.empty()) return runRemove(a, std::move(options));
   if (std::any_of(a.inputs.begin(), a.inputs.end(), isSet)) {
     if (ranks != nullptr) throw UsageError("a tile set as INPUT: use filiform ingest, without ranks");
     return runFromSet(a, std::move(options));
   }
   if (!a.cells.empty() || !a.types.empty())
     throw UsageError("--cell and --type choose from a tile set; no INPUT is one");
-  InputOptions reading;
-  reading.swc = {.apply_offset = a.apply_offset, .strict = a.strict};
-  reading.swc.soma_links = !a.no_soma_links;
-  readUnit(a.unit, reading.swc);
-  reading.one_cell_a_file = a.one_cell_a_file;
-  a.reading->apply(reading);
   IngestProgress progress(a.log_s);
   const auto ofAll = [ranks](std::string_view step, std::uint64_t done, std::uint64_t total) {
     return ranks != nullptr ? ranks->progress(step, {done, total}) : Ranks::Amount{done, total};
   };
-  reading.progress = [&](std::uint64_t done, std::uint64_t total) {
+  order.reading.progress = [&](std::uint64_t done, std::uint64_t total) {
     if (a.sync) throwIfInterrupted();
     const Ranks::Amount all = ofAll("bytes", done, total);
     progress.read(all.done, all.total);
@@ -242,92 +189,27 @@ int runIngest(const IngestArguments& a, Ranks* ranks) {
   if (!a.report.empty() && is_first) report.emplace(a.report, OutputOptions{.cancel = &interruptFlag()});
   std::ostringstream untold;  // --json says it
   std::ostream& people = a.json ? untold : report && report->isStandardOutput() ? std::cerr : std::cout;
-  reading.memory = options.memory;
-  reading.threads = threadsOr(a.threads);
-  refuseSeveralCircuits(a.inputs);
-  std::optional<Circuit> circuit;
-  if (a.placements.empty() && Circuit::isCircuit(a.inputs, a.circuit))
-    circuit.emplace(Circuit::read(a.inputs.front(), a.circuit));
-  else if (!a.circuit.population.empty() || !a.circuit.morphologies.empty())
-    throw UsageError("--population and --morphologies are for one circuit_config.json or one nodes.h5");
-  if (circuit && a.sync)
-    throw UsageError("--sync follows files and folders; make the set of a circuit again with --force");
-  if (circuit || !a.placements.empty()) reading.cell_share = kPlacedCellShare;
-  Input input = circuit ? Input(circuit->files(), reading) : Input(a.inputs, reading);
-  options.stream_bytes = input.held_bytes();
-  options.reading_bytes = input.reading_bytes();
-  std::optional<PlacedCells> table;
-  std::optional<CircuitCells> circuit_cells;
-  if (circuit) circuit_cells.emplace(input, *circuit);
-  if (!a.placements.empty()) table.emplace(input, PlacementTable::read(a.placements));
-  const PlacedCells* const placed = circuit ? &circuit_cells->placed() : table ? &*table : nullptr;
-  if (placed != nullptr) options.stream_bytes += placed->held_bytes();
-  std::optional<RankInputs> parts;
-  if (ranks != nullptr)
-    parts.emplace(*ranks, input, table ? &*table : nullptr, circuit_cells ? &*circuit_cells : nullptr);
-  std::optional<AttributeTable> attributes;
-  if (!a.attributes.empty()) {
-    attributes.emplace(AttributeTable::read(a.attributes, a.key));
-    options.stream_bytes += attributes->held_bytes();
-  }
-  CellStream& cells = circuit ? static_cast<CellStream&>(*circuit_cells)
-                      : table ? *table
-                              : static_cast<CellStream&>(input);
-  std::optional<AttributedCells> attributed;
-  if (attributes) attributed.emplace(cells, *attributes);
-  CellStream& all_cells = attributed ? static_cast<CellStream&>(*attributed) : cells;
-  options.ranks = ranks;
-  std::vector<SourceReport> reports;
-  std::error_code error;
-  const bool follows = a.sync && std::filesystem::exists(a.out + "/CURRENT", error);
-  const auto writeReport = [&](const SyncFates* fates) {
+  order.report = [&](const std::vector<SourceReport>& reports, const SyncFates* fates) {
     if (!report) return;
     writeReportJson(report->stream(), reports, {.fates = fates});
     report->finish();
   };
-  options.provenance = [&] {
-    progress.endReading();
-    if (parts) parts->gather(attributed ? &*attributed : nullptr);
-    if (!is_first) return Provenance{};
-    reports = reportsOf(input, circuit ? &*circuit : nullptr);
-    if (!follows) writeReport(nullptr);  // also if the inputs are then refused
-    try {
-      requireUsable(reports, circuit && !circuit->graphs().empty() ? nullptr : placed, a.strict);
-    } catch (const InputError&) {
-      if (follows) writeReport(nullptr);
-      throw;
-    }
-    return provenanceOf(reports, placed);
-  };
+  order.ended_reading = [&] { progress.endReading(); };
+  options.ranks = ranks;
   options.progress = [&](const char* phase, std::uint64_t done, std::uint64_t total) {
     const Ranks::Amount all = ofAll(phase, done, total);
     progress.build(phase, all.done, all.total);
   };
-
-  SyncResult result;
-  if (follows)
-    result =
-        syncCells(all_cells, a.out, {a.remove_gone, [&](const SyncFates& fates) { writeReport(&fates); }}, options);
-  else if (a.add)
-    static_cast<GrowthResult&>(result) = addCells(all_cells, a.out, options);
-  else
-    result.set = ingest(all_cells, a.out, options);
-  if (!follows) result.counts.added = result.set.counts.cells;
+  const bool removes = !order.remove.empty();
+  const MakingResult made = make(std::move(order), std::move(options));
   if (!is_first) return 0;
   progress.end();
-  people << summary(reports);
-  if (circuit) people << describePopulations(circuit->populationsOf(reports));
-  if (placed != nullptr) people << placementText(*placed);
-  if (attributed) people << attributesText(*attributed);
-  if (circuit)
-    for (const std::string& doubt : circuit->doubts()) std::cerr << "filiform: note: " << doubt << '\n';
-  if (const std::string doubt = attributed ? doubtAbout(*attributed) : ""; !doubt.empty())
-    std::cerr << "filiform: note: " << doubt << '\n';
-  if (const std::string doubt = input.unitDoubt(); !doubt.empty()) std::cerr << "filiform: note: " << doubt << '\n';
-  people << (a.sync  ? reportOf(a.out, result)
-             : a.add ? reportOf(a.out, static_cast<const GrowthResult&>(result))
-                     : reportOf(a.out, result.set));
-  if (a.json) std::cout << jsonText(ingestJson(result.set, reports, a.sync ? &result.counts : nullptr)) << '\n';
+  people << made.text;
+  for (const std::string& note : made.notes) std::cerr << "filiform: note: " << note << '\n';
+  people << (a.sync             ? reportOf(a.out, made)
+             : a.add || removes ? reportOf(a.out, static_cast<const GrowthResult&>(made))
+                                : reportOf(a.out, made.set));
+  if (a.json) std::cout << jsonText(ingestJson(made.set, made.reports, a.sync ? &made.counts : nullptr)) << '\n';
   return 0;
 }
 

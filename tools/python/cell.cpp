@@ -14,6 +14,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
+#include <mutex>
 #include <sstream>
 #include <utility>
 
@@ -28,12 +30,18 @@ struct NodeRow {  // the columns of navis
 
 namespace {
 
-struct PythonCell {
-  CellPaths paths;
-  std::vector<std::int64_t> ids;  // by rank, each once
+class PythonCell {
+ public:
+  const std::vector<std::int64_t> ids;  // by rank, each once
 
-  explicit PythonCell(CellGraph graph) : paths(std::move(graph)), ids(distinctIds(paths.graph())) {}
-  const CellGraph& graph() const { return paths.graph(); }
+  explicit PythonCell(CellGraph graph) : ids(distinctIds(graph)), graph_(std::move(graph)) {}
+  const CellGraph& graph() const { return graph_; }
+  // Made at the first call, with a copy of the graph: most cells are only read.
+  const CellPaths& paths() const {
+    const std::lock_guard lock(mutex_);
+    if (!paths_) paths_ = std::make_unique<CellPaths>(graph_);
+    return *paths_;
+  }
   std::string quotedName() const { return "'" + escaped(graph().name, 80) + "'"; }
 
   std::uint32_t rankOf(const char* name, std::int64_t id) const {
@@ -52,26 +60,31 @@ struct PythonCell {
       if (!text)
         throw py::value_error(std::string(name) + ": '" + inShort(given) +
                               "' is no place; give 'soma', a sample id or a point");
-      if (!text->soma && !text->p_W && !text->section && text->t == 0) return paths.at(rankOf(name, text->sample));
+      if (!text->soma && !text->p_W && !text->section && text->t == 0) return paths().at(rankOf(name, text->sample));
       text->option = std::string(name) + " '" + inShort(given) + "'";
-      return placesOf(paths, *text).front();
+      return placesOf(paths(), *text).front();
     }
     if (py::isinstance<py::array>(value)) {
       CellPlaceText text;
       text.p_W = pointArgument(name, value);
-      return placesOf(paths, text).front();
+      return placesOf(paths(), text).front();
     }
-    if (!py::isinstance<py::tuple>(value)) return paths.at(rankOf(name, integerArgument(name, value)));
+    if (!py::isinstance<py::tuple>(value)) return paths().at(rankOf(name, integerArgument(name, value)));
     const auto parts = py::reinterpret_borrow<py::tuple>(value);
     const std::uint64_t segment = countArgument(name, parts[0], 0);
     const Vector3d p_W = pointArgument(name, parts[1]);
-    const auto at = segment <= UINT32_MAX ? paths.on(static_cast<std::uint32_t>(segment), 0) : std::nullopt;
+    const auto at = segment <= UINT32_MAX ? paths().on(static_cast<std::uint32_t>(segment), 0) : std::nullopt;
     if (!at)
       throw py::key_error(std::string(name) + ": the cell " + quotedName() + " has no segment " +
                           std::to_string(segment));
     const double t = closestPoint(graph().position_W(at->child), graph().position_W(at->parent), p_W).t;
-    return *paths.on(at->segment, t);
+    return *paths().on(at->segment, t);
   }
+
+ private:
+  CellGraph graph_;
+  mutable std::mutex mutex_;
+  mutable std::unique_ptr<const CellPaths> paths_;
 };
 
 std::unique_ptr<PythonCell> readPythonCell(SetHandle& handle, std::uint32_t id) {
@@ -172,16 +185,16 @@ py::tuple pathOf(const PythonCell& cell, py::handle from_value, py::handle to_va
   const CellPlace from = cell.place("start", from_value);
   CellPlace to;
   if (to_value.is_none()) {
-    const auto tip = cell.paths.farthestTip(from);
+    const auto tip = cell.paths().farthestTip(from);
     if (!tip) throw py::value_error("start: no tip can be reached from this place of " + cell.quotedName());
-    to = cell.paths.at(*tip);
+    to = cell.paths().at(*tip);
   } else {
     to = cell.place("end", to_value);
   }
   std::optional<CellPath> path;
   {
     const py::gil_scoped_release released;
-    path = cell.paths.path(from, to);
+    path = cell.paths().path(from, to);
   }
   if (!path)
     throw py::value_error("start, end: no path joins these places of " + cell.quotedName() +
@@ -203,7 +216,7 @@ py::array lengthsFrom(const PythonCell& cell, py::handle from_value) {
   std::vector<double> lengths;
   {
     const py::gil_scoped_release released;
-    lengths = cell.paths.lengths_um(from);
+    lengths = cell.paths().lengths_um(from);
   }
   return py::array_t<double>(static_cast<py::ssize_t>(lengths.size()), lengths.data());
 }
@@ -214,7 +227,7 @@ py::array tipsFrom(const PythonCell& cell, py::handle from_value, py::handle mos
   std::vector<std::int64_t> ids;
   {
     const py::gil_scoped_release released;
-    for (const std::uint32_t rank : cell.paths.tips(from, most)) ids.push_back(cell.ids[rank]);
+    for (const std::uint32_t rank : cell.paths().tips(from, most)) ids.push_back(cell.ids[rank]);
   }
   return py::array_t<std::int64_t>(static_cast<py::ssize_t>(ids.size()), ids.data());
 }

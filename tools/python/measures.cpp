@@ -17,6 +17,12 @@
 
 namespace filiform::python {
 
+struct DensityRow {  // NumPy's types are looked up by it
+  std::uint32_t x, y, z, cell;
+  std::int32_t type;
+  double length;
+};
+
 namespace {
 
 // Titles and files .npy, by column.
@@ -45,10 +51,14 @@ std::vector<std::pair<std::string, py::bytes>> measureArrays(SetHandle& handle, 
   return found;
 }
 
-// Lengths by box, um, and the lowest corner, um.
+// Lengths by box, um; the groups of boxes; and the lowest corner, um.
 py::tuple density(SetHandle& handle, double step_um, const std::optional<std::vector<std::uint32_t>>& cells,
-                  const std::string& types, py::handle workers_value) {
-  DensityOptions options{.step_um = step_um, .cells = cells, .threads = workersArgument(workers_value)};
+                  const std::string& types, py::handle workers_value, bool by_cell, bool by_type) {
+  DensityOptions options{.step_um = step_um,
+                         .cells = cells,
+                         .by_cell = by_cell,
+                         .by_type = by_type,
+                         .threads = workersArgument(workers_value)};
   if (!types.empty()) options.types = tools::parseNeuriteTypes(types, "type");
   const auto open = handle.get();
   SignalCheck check;
@@ -60,13 +70,25 @@ py::tuple density(SetHandle& handle, double step_um, const std::optional<std::ve
   }
   py::array_t<double> lengths(found.boxes);
   std::copy(found.lengths_um.begin(), found.lengths_um.end(), lengths.mutable_data());
+  py::array_t<DensityRow> rows(static_cast<py::ssize_t>(found.groups.size()));
+  DensityRow* row = rows.mutable_data();
+  const std::size_t area = found.boxes[1] * found.boxes[2];
+  for (const DensityGroup& g : found.groups)
+    *row++ = {static_cast<std::uint32_t>(g.box / area),
+              static_cast<std::uint32_t>(g.box % area / found.boxes[2]),
+              static_cast<std::uint32_t>(g.box % found.boxes[2]),
+              g.cell,
+              g.type,
+              g.length_um};
   const Vector3d origin_um = found.corner_um(0, 0, 0);
-  return py::make_tuple(std::move(lengths), py::make_tuple(origin_um.x(), origin_um.y(), origin_um.z()));
+  return py::make_tuple(std::move(lengths), std::move(rows),
+                        py::make_tuple(origin_um.x(), origin_um.y(), origin_um.z()));
 }
 
 }  // namespace
 
 void addMeasures(py::module_& module) {
+  PYBIND11_NUMPY_DTYPE(DensityRow, x, y, z, cell, type, length);
   module.def("measures", &measureArrays);
   module.def("density", &density);
 }

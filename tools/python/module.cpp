@@ -7,11 +7,13 @@ PYBIND11_MODULE(_core, module) {
   filiform::python::addErrors(module);
   filiform::python::addSet(module);
   filiform::python::addQueries(module);
+  filiform::python::addSegments(module);
   filiform::python::addAttributes(module);
   filiform::python::addMeasures(module);
   filiform::python::addContacts(module);
   filiform::python::addCell(module);
   filiform::python::addLevels(module);
   filiform::python::addNavigate(module);
+  filiform::python::addTravel(module);
   filiform::python::addIngest(module);
 }

@@ -79,19 +79,22 @@ void requireMemory(double rows) {
 using FilterWords = std::tuple<std::optional<std::vector<std::uint32_t>>, std::vector<std::uint32_t>, std::string,
                                std::vector<std::string>>;
 
+// The cells that meet all conditions, ascending.
+std::vector<std::uint32_t> cellsMeeting(const OpenSet& open, const std::vector<std::string>& where) try {
+  const tools::CellConditions conditions(where);
+  const py::gil_scoped_release released;
+  SignalCheck check;
+  return conditions.select(open.set(), open.set(), CellAttributes(open.set()), 1,
+                           [&check](const auto&, std::size_t) { check(); });
+} catch (const UsageError& error) {
+  throw py::value_error(std::string(error.what()).substr(std::string_view("--").size()));
+}
+
 std::shared_ptr<const Nearest> searchOf(const std::shared_ptr<const OpenSet>& open, const FilterWords& words) {
   const auto& [cells, not_cells, types, where] = words;
   tools::FilterParts parts{.not_cells = not_cells};
   if (!types.empty()) parts.types = tools::parseSegmentTypes(types, ',', "type");
-  if (!where.empty()) try {
-      const tools::CellConditions conditions(where);
-      const py::gil_scoped_release released;
-      SignalCheck check;
-      parts.met = conditions.select(open->set(), open->set(), CellAttributes(open->set()), 1,
-                                    [&check](const auto&, std::size_t) { check(); });
-    } catch (const UsageError& error) {
-      throw py::value_error(std::string(error.what()).substr(std::string_view("--").size()));
-    }
+  if (!where.empty()) parts.met = cellsMeeting(*open, where);
   if (cells && parts.met)
     std::erase_if(*parts.met, [&](std::uint32_t c) { return !std::binary_search(cells->begin(), cells->end(), c); });
   else if (cells)
@@ -233,9 +236,7 @@ std::vector<NearestResult> inSphere(const Nearest& search, const Vector3d& centr
 }
 
 // By cell: its id and the number of its segments.
-py::dict countsOf(const std::vector<NearestResult>& results) {
-  std::map<std::uint32_t, std::uint64_t> counts;
-  for (const NearestResult& result : results) ++counts[result.segment.cell];
+py::dict countsOf(const std::map<std::uint32_t, std::uint64_t>& counts) {
   py::dict dict;
   for (const auto& [cell, count] : counts) dict[py::int_(cell)] = count;
   return dict;
@@ -294,17 +295,27 @@ void addQueries(py::module_& module) {
   module.attr("HIT") = py::dtype::of<HitRow>();
   module.attr("RAY_HIT") = py::dtype::of<RayRow>();
   module.def("nearest", &nearest);
+  module.def("cells_meeting", [](SetHandle& handle, const std::vector<std::string>& where) {
+    return cellsMeeting(*handle.get(), where);
+  });
   module.def("box_query",
              [](SetHandle& handle, py::handle corner, py::handle opposing, bool ends, const FilterWords& filter) {
                const auto box = boxArgument(corner, opposing);
                const auto open = handle.get();
                return foundArrays(*open, inBox(*searchOf(open, filter), box), ends);
              });
-  module.def("box_counts", [](SetHandle& handle, py::handle corner, py::handle opposing, const FilterWords& filter) {
-    const auto box = boxArgument(corner, opposing);
-    const auto open = handle.get();
-    return countsOf(inBox(*searchOf(open, filter), box));
-  });
+  module.def("box_counts",
+             [](SetHandle& handle, py::handle corner, py::handle opposing, const FilterWords& filter, bool by_middle) {
+               const auto box = boxArgument(corner, opposing);
+               const auto open = handle.get();
+               const auto search = searchOf(open, filter);
+               std::map<std::uint32_t, std::uint64_t> counts;
+               {
+                 const py::gil_scoped_release released;
+                 counts = search->countInBox(box.first, box.second, by_middle);
+               }
+               return countsOf(counts);
+             });
   module.def("sphere_query",
              [](SetHandle& handle, py::handle center, py::handle radius_value, bool ends, const FilterWords& filter) {
                const Vector3d centre = pointArgument("center", center);
@@ -317,7 +328,10 @@ void addQueries(py::module_& module) {
                const Vector3d centre = pointArgument("center", center);
                const double radius = radiusArgument(radius_value);
                const auto open = handle.get();
-               return countsOf(inSphere(*searchOf(open, filter), centre, radius));
+               std::map<std::uint32_t, std::uint64_t> counts;
+               for (const NearestResult& found : inSphere(*searchOf(open, filter), centre, radius))
+                 ++counts[found.segment.cell];
+               return countsOf(counts);
              });
   module.def("ray", &ray);
 }

@@ -2,8 +2,8 @@
 
 #include "index/errors.h"
 #include "index/hdf5/hdf5_writer.h"
-#include "tools/program/output_folder.h"
 #include "tools/synthetic/synthetic_neuron.h"
+#include "tools/words/making/output_folder.h"
 
 #include <algorithm>
 #include <array>

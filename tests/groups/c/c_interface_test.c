@@ -123,6 +123,134 @@ static void ingest_refuses_wrong_arguments(void) {
   FAILS(FILIFORM_USAGE, "struct_size", filiform_ingest(inputs, 1, "x", &options, NULL));
 }
 
+/* ---- attributes, measures, filters, counts, levels */
+
+static filiform_set *with_attributes(void) {
+  static char path[400], table[400], second[400];
+  snprintf(path, sizeof path, "%s/attributes.fil", folder);
+  snprintf(table, sizeof table, "%s/table.csv", folder);
+  snprintf(second, sizeof second, "%s/second.swc", folder);
+  write_file(table, "name,layer,mtype,big\ncell,5,L5_TPC,1152921504606846977\nsecond,4,,2\n");
+  write_file(second, "1 1 0 0 100 5 -1\n2 2 0 50 100 1 1\n");
+  const char *inputs[] = {swc_path, second};
+  filiform_ingest_options options = FILIFORM_INIT(options);
+  options.attributes = table;
+  options.key = "name";
+  options.force = 1;
+  OK(filiform_ingest(inputs, 2, path, &options, NULL));
+  filiform_set *set = NULL;
+  OK(filiform_open(path, NULL, &set));
+  return set;
+}
+
+static void attributes_and_where(void) {
+  filiform_set *set = with_attributes();
+  filiform_attribute *attributes = NULL;
+  size_t count = 0;
+  OK(filiform_attributes(set, &attributes, &count));
+  CHECK(count == 3 && strcmp(attributes[0].name, "big") == 0 && attributes[0].type == FILIFORM_INTEGER);
+  CHECK(strcmp(attributes[1].name, "layer") == 0 && attributes[1].values == 2);
+  CHECK(strcmp(attributes[2].name, "mtype") == 0 && attributes[2].type == FILIFORM_TEXT && attributes[2].values == 1);
+  filiform_free(attributes);
+  double layers[2] = {0, 0};
+  OK(filiform_attribute_numbers(set, "layer", layers));
+  CHECK(layers[0] == 5 && layers[1] == 4);
+  FAILS(FILIFORM_USAGE, "has texts", filiform_attribute_numbers(set, "mtype", layers));
+  FAILS(FILIFORM_USAGE, "no cell has an attribute 'etype'", filiform_attribute_numbers(set, "etype", layers));
+  const char **texts = NULL;
+  OK(filiform_attribute_texts(set, "mtype", &texts, &count));
+  CHECK(count == 2 && strcmp(texts[0], "L5_TPC") == 0 && texts[1] == NULL);
+  filiform_free(texts);
+  OK(filiform_attribute_texts(set, "big", &texts, &count));
+  CHECK(strcmp(texts[0], "1152921504606846977") == 0);
+  filiform_free(texts);
+
+  const char *conditions[] = {"layer>=5", "measure:length>50"};
+  uint32_t *cells = NULL;
+  OK(filiform_where(set, conditions, 2, &cells, &count));
+  CHECK(count == 1 && cells[0] == 0);
+  filiform_free(cells);
+  OK(filiform_where(set, NULL, 0, &cells, &count));
+  CHECK(count == 2);
+  filiform_free(cells);
+  const char *wrong[] = {"measure:lenght>5"};
+  FAILS(FILIFORM_USAGE, "length", filiform_where(set, wrong, 1, &cells, &count));
+  CHECK(cells == NULL && count == 0);
+  OK(filiform_close(set));
+}
+
+static void measures(void) {
+  filiform_set *set = with_attributes();
+  double *values = NULL;
+  size_t rows = 0, columns = 0;
+  OK(filiform_measure(set, NULL, 0, "length,tips", &values, &rows, &columns));
+  CHECK(rows == 2 && columns == 2 && near_to(values[0], 60) && values[1] == 2);
+  filiform_free(values);
+  const uint32_t second[] = {1}, none[] = {7};
+  OK(filiform_measure(set, second, 1, "tips", &values, &rows, &columns));
+  CHECK(rows == 1 && columns == 1 && values[0] == 1);
+  filiform_free(values);
+  FAILS(FILIFORM_USAGE, "cells 0 to 1", filiform_measure(set, none, 1, "tips", &values, &rows, &columns));
+  FAILS(FILIFORM_USAGE, "did you mean", filiform_measure(set, NULL, 0, "lenght", &values, &rows, &columns));
+  OK(filiform_close(set));
+}
+
+static void filters_counts_and_levels(void) {
+  filiform_set *set = with_attributes(), *axons = NULL, *layer5 = NULL;
+  const uint16_t axon = 2;
+  const char *conditions[] = {"layer=5"};
+  filiform_filter by_type = FILIFORM_INIT(by_type), by_layer = FILIFORM_INIT(by_layer);
+  by_type.types = &axon;
+  by_type.type_count = 1;
+  by_layer.where = conditions;
+  by_layer.where_count = 1;
+  OK(filiform_open_filtered(set, &by_type, &axons));
+  OK(filiform_open_filtered(set, &by_layer, &layer5));
+  const double lo[] = {-1e3, -1e3, -1e3}, hi[] = {1e3, 1e3, 1e3}, half[] = {25, 1e3, 1e3};
+  filiform_cell_count *counts = NULL;
+  size_t count = 0;
+  OK(filiform_box_counts(set, lo, hi, 0, &counts, &count));
+  CHECK(count == 2 && counts[0].cell == 0 && counts[0].segments == 6 && counts[1].segments == 1);
+  filiform_free(counts);
+  OK(filiform_box_counts(axons, lo, hi, 0, &counts, &count));
+  CHECK(count == 1 && counts[0].cell == 1);
+  filiform_free(counts);
+  OK(filiform_box_counts(layer5, lo, half, 1, &counts, &count));
+  CHECK(count == 1 && counts[0].segments == 4); /* 3-4, with its middle at x 25, lies above */
+  filiform_free(counts);
+  const double point[] = {0, 0, 90};
+  filiform_hit hit;
+  OK(filiform_close(set)); /* views stay */
+  OK(filiform_nearest(layer5, point, NULL, &hit, &count));
+  CHECK(count == 1 && hit.cell == 0);
+  OK(filiform_nearest(axons, point, NULL, &hit, &count));
+  CHECK(count == 1 && hit.cell == 1);
+  filiform_level_segment *segments = NULL;
+  double error_um = -1;
+  OK(filiform_levels(axons, lo, hi, 1000, 0, &segments, &count, &error_um));
+  CHECK(count > 0 && error_um >= 0 && isfinite(segments[0].child_um[0]));
+  filiform_free(segments);
+  FAILS(FILIFORM_USAGE, "pixels", filiform_levels(axons, lo, hi, 0, 0, &segments, &count, NULL));
+  by_type.struct_size = 3;
+  FAILS(FILIFORM_USAGE, "struct_size", filiform_open_filtered(axons, &by_type, &set));
+  OK(filiform_close(axons));
+  OK(filiform_close(layer5));
+}
+
+/* A program that was compiled with the header of 0.1 gives the smaller struct. */
+static void an_older_struct_is_taken(void) {
+  const char *inputs[] = {swc_path};
+  char other[400];
+  snprintf(other, sizeof other, "%s/older.fil", folder);
+  filiform_ingest_options options;
+  memset(&options, 0xFF, sizeof options);
+  memset(&options, 0, offsetof(filiform_ingest_options, attributes));
+  options.struct_size = (uint32_t)offsetof(filiform_ingest_options, attributes);
+  OK(filiform_ingest(inputs, 1, other, &options, NULL));
+  options.struct_size += 4;
+  FAILS(FILIFORM_USAGE, "struct_size", filiform_ingest(inputs, 1, other, &options, NULL));
+}
+
 /* ---- sets and cells */
 
 static void info_states_counts_and_box(void) {
@@ -551,6 +679,10 @@ int main(void) {
   RUN(ingest_makes_a_set);
   RUN(ingest_stops_when_the_callback_asks);
   RUN(ingest_refuses_wrong_arguments);
+  RUN(attributes_and_where);
+  RUN(measures);
+  RUN(filters_counts_and_levels);
+  RUN(an_older_struct_is_taken);
   RUN(info_states_counts_and_box);
   RUN(cells_have_names);
   RUN(a_cell_is_arrays);

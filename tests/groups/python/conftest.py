@@ -77,6 +77,21 @@ def small(tmp_path_factory):
     return folder / "small.fil"
 
 
+FORK = "1 1 {x} 0 0 5 -1\n2 3 {x10} 0 0 1 1\n3 3 {x20} 10 0 .5 2\n4 3 {x20} -10 0 .5 2\n5 2 {x} 40 0 .25 1\n"
+
+
+@pytest.fixture(scope="session")
+def example(tmp_path_factory):
+    """A folder with what the examples of docstrings use: column.fil, and the three cells that it has, with attributes."""
+    folder = tmp_path_factory.mktemp("example")
+    for name, x in ("L5_1", 0), ("L5_2", 100):
+        (folder / f"{name}.swc").write_text(FORK.format(x=x, x10=x + 10, x20=x + 20))
+    (folder / "L4_1.swc").write_text("1 1 0 0 100 4 -1\n2 2 0 30 100 .5 1\n3 2 0 60 100 .5 2\n")
+    (folder / "layers.csv").write_text("neuron_name,layer,mtype\nL4_1,4,SP\nL5_1,5,TPC\nL5_2,5,TPC\n")
+    run("ingest", *sorted(folder.glob("*.swc")), "--attributes", folder / "layers.csv", "--key", "neuron_name", "-o", folder / "column.fil")
+    return folder
+
+
 class BruteForce:
     """All segments of a set, and their distances to points, in double precision."""
 

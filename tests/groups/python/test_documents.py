@@ -23,6 +23,28 @@ def test_the_first_lines_run(readme, column, tmp_path, monkeypatch):
     assert names["hits"].dtype.names == ("distance", "x", "y", "z", "cell", "segment", "sample", "exact", "type", "radius", "t")
 
 
+RECIPES = re.findall(r"^\*\*([^*]+)\.\*\*(?:(?!^```).)*?^```python\n(.*?)^```$",
+                     (ROOT / "tools/python/README.md").read_text().split("## Recipes")[1], re.M | re.S)
+
+
+@pytest.mark.parametrize("name, code", [recipe for recipe in RECIPES if "SWC from" not in recipe[0]], ids=lambda text: text[:20])
+def test_the_recipes_run(name, code, column, tmp_path, monkeypatch):
+    if "dask" in name:
+        pytest.importorskip("dask", reason="needs dask (tools/setup --python)")
+    (tmp_path / "column.fil").symlink_to(column)
+    monkeypatch.chdir(tmp_path)
+    names = {}
+    exec(code, names)
+    if "device" in name:
+        assert 0 < max(map(abs, names["force"])) <= 8 and len(code.splitlines()) <= 20
+    else:
+        assert names["hits"].shape == (1000,)
+
+
+def test_all_recipes_are_found():
+    assert [name for name, _ in RECIPES] == ["A device of your own", "asyncio", "dask and joblib", "SWC from neuPrint", "SWC from CAVE"]
+
+
 def test_the_table_of_contents_names_what_exists():
     text = (ROOT / "tools/python/README.md").read_text()
     called = set(re.findall(r"`(ff|s|c)\.(\w+)", text))

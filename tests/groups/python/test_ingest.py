@@ -163,7 +163,7 @@ def test_a_mouselight_file_is_no_circuit(tmp_path):
     report = ff.ingest(tmp_path / "AA0001.json", tmp_path / "a.fil")
     assert report.cells == 1 and report.samples == 2
     (tmp_path / "Circuit_Config.json").write_text('{"manifest": {}, "networks": {"nodes": []}}')
-    with pytest.raises(ValueError, match="inputs: .*Circuit_Config.json is a circuit; make its set with the program"):
+    with pytest.raises(ValueError, match="Circuit_Config.json: `networks.nodes` is empty"):
         ff.ingest(tmp_path / "Circuit_Config.json", tmp_path / "b.fil")
 
 

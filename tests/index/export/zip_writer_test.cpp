@@ -2,7 +2,7 @@
 
 #include "index/errors.h"
 #include "tests/support/temp_folder.h"
-#include "tools/program/output_folder.h"
+#include "tools/words/making/output_folder.h"
 
 #include <filesystem>
 #include <stdexcept>

@@ -9,8 +9,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numeric>
 #include <random>
+#include <tuple>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -105,6 +108,35 @@ TEST(NeuriteDensity, LengthsAddUpToThoseOfTheNeurites) {
       EXPECT_EQ(densityOf(*store, {.step_um = step_um, .threads = 3}).lengths_um, density.lengths_um);
     }
   }
+}
+
+TEST(NeuriteDensity, GroupsAreWhatEachCellAndTypeHasAlone) {
+  const auto store = test::storeOf(columnOfThreeTypes(), 50);
+  const NeuriteDensity all = densityOf(*store, {.step_um = 61.7, .by_cell = true, .by_type = true});
+  EXPECT_TRUE(densityOf(*store, {.step_um = 61.7}).groups.empty());
+  std::vector<double> by_box(all.lengths_um.size());
+  std::map<std::pair<std::uint32_t, std::uint16_t>, double> sums;
+  for (std::size_t i = 0; i < all.groups.size(); ++i) {
+    const DensityGroup& group = all.groups[i];
+    EXPECT_GT(group.length_um, 0);
+    by_box[group.box] += group.length_um;
+    sums[{group.cell, group.type}] += group.length_um;
+    if (i > 0) {
+      EXPECT_LT(std::tie(all.groups[i - 1].box, all.groups[i - 1].cell, all.groups[i - 1].type),
+                std::tie(group.box, group.cell, group.type));
+    }
+  }
+  for (std::size_t box = 0; box < by_box.size(); ++box) EXPECT_NEAR(by_box[box], all.lengths_um[box], 1e-6);
+  EXPECT_GT(sums.size(), store->cell_count());
+  for (const auto& [group, sum] : sums)
+    EXPECT_NEAR(sum, sumOf(densityOf(*store, {.step_um = 61.7, .cells = {{group.first}}, .types = {group.second}})),
+                1e-6);
+  const NeuriteDensity by_type = densityOf(*store, {.step_um = 61.7, .by_type = true});
+  EXPECT_LT(by_type.groups.size(), all.groups.size());
+  const DensityOptions coarse{.step_um = 1000, .by_cell = true, .by_type = true};
+  const std::size_t groups = densityOf(*store, coarse).groups.size();
+  EXPECT_THROW(densityOf(*store, {.step_um = 1000, .by_cell = true, .by_type = true, .most_boxes = groups - 1}),
+               UsageError);
 }
 
 TEST(NeuriteDensity, SegmentsOnPlanesCountToTheUpperBox) {

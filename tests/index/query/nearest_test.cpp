@@ -1,6 +1,7 @@
 #include "index/query/nearest.h"
 
 #include "index/errors.h"
+#include "index/geometry/partition.h"
 #include "tests/support/no_alloc_guard.h"
 #include "tests/support/scenes/brute_force.h"
 #include "tests/support/scenes/counting_store.h"
@@ -11,6 +12,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <random>
 #include <thread>
 
@@ -366,6 +368,16 @@ TEST(Nearest, FindsAllInABoxAsBruteForceDoes) {
         std::sort(expected.begin(), expected.end());
         std::sort(found.begin(), found.end());
         EXPECT_EQ(found, expected);
+        const Vector3d lo_W = store->grid().toWorld(box.lo), hi_W = store->grid().toWorld(box.hi);
+        std::map<std::uint32_t, std::uint64_t> counts;
+        for (const SegmentId& id : expected) ++counts[id.cell];
+        EXPECT_EQ(nearest.countInBox(lo_W, hi_W), counts);
+        counts.clear();
+        for (const StoredSegment& s : segments)
+          if (const GridPoint m = midpoint(s.child, s.parent);
+              (m.array() >= box.lo.array()).all() && (m.array() < box.hi.array()).all())
+            ++counts[s.id.cell];
+        EXPECT_EQ(nearest.countInBox(lo_W, hi_W, true), counts);
         // In parts: few segments at once, and a tile at once.
         for (const std::size_t most : {std::size_t{1} + expected.size() / 3, SIZE_MAX}) {
           std::vector<SegmentId> parts;

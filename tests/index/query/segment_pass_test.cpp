@@ -64,6 +64,22 @@ TEST(SegmentPass, VisitsEachSegmentOnceAndDecodesEachTileOnce) {
   }
 }
 
+TEST(SegmentReader, GivesTileByTileWhatThePassVisits) {
+  const auto store = storeOf(test::randomColumn(71, 6, 300, 100), 30);
+  const GridBox box{store->grid().snap({-100, -100, -100}), store->grid().snap({50, 50, 50})};
+  for (const SegmentPass& pass : {SegmentPass{}, SegmentPass{.box = box}, SegmentPass{.cells = {{1, 4}}}}) {
+    SegmentReader reader(*store, pass);
+    forEachSegment(*store, pass, [&](TileId tile, std::span<const PassedSegment> segments) {
+      const std::span<const PassedSegment> read = reader.next();
+      EXPECT_EQ(reader.tile(), tile);
+      ASSERT_EQ(read.size(), segments.size());
+      for (std::size_t i = 0; i < read.size(); ++i) EXPECT_EQ(read[i].id, segments[i].id);
+    });
+    EXPECT_TRUE(reader.next().empty());
+    EXPECT_TRUE(reader.next().empty());
+  }
+}
+
 TEST(SegmentPass, BoxesAndCellsChooseAsBruteForceDoes) {
   const std::uint64_t seed = 72;
   SCOPED_TRACE(seed);

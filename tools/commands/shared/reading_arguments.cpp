@@ -3,6 +3,7 @@
 #include "index/errors.h"
 #include "index/formats/neuroglancer/object_ids.h"
 #include "index/text.h"
+#include "tools/words/making/making.h"
 #include "tools/words/numbers.h"
 
 #include <algorithm>
@@ -17,9 +18,7 @@
 namespace filiform::tools {
 
 void ReadingArguments::apply(InputOptions& options) const {
-  options.versions = version == "both"     ? MorphologyVersion::both
-                     : version == "source" ? MorphologyVersion::source
-                                           : MorphologyVersion::cng;
+  options.versions = morphologyVersion(version, "--version");
   options.remote = remote->options();
   options.where = where;
   if (!box.empty()) {
@@ -65,6 +64,17 @@ std::shared_ptr<ReadingArguments> addReadingArguments(CLI::App& command, bool wi
       ->type_name("X0 Y0 Z0 X1 Y1 Z1");
   a->remote = addRemoteArguments(command);
   return a;
+}
+
+void addCircuitArguments(CLI::App& command, CircuitOptions& circuit, bool& no_soma_links) {
+  command.add_option("--population", circuit.population, "read only this population of a circuit or of nodes.h5")
+      ->type_name("NAME");
+  command
+      .add_option("--morphologies", circuit.morphologies,
+                  "find the morphologies of nodes.h5, or of a circuit, in this folder or H5 container")
+      ->type_name("PATH");
+  command.add_flag("--no-soma-links", no_soma_links,
+                   "do not link the soma to its neurites in formats that state no such links (H5, ASC)");
 }
 
 }  // namespace filiform::tools

@@ -1,6 +1,7 @@
 // The options of commands that read neurons: which of them, and how. Thread rule: values.
 #pragma once
 
+#include "index/circuits/circuit.h"
 #include "index/input/input.h"
 #include "tools/commands/shared/remote_arguments.h"
 
@@ -33,5 +34,7 @@ struct ReadingArguments {
 
 // Adds --version, --ids, --where, --box, and the options for addresses. `with_sets`: the command reads tile sets too.
 std::shared_ptr<ReadingArguments> addReadingArguments(CLI::App& command, bool with_sets = false);
+// Adds --population, --morphologies and --no-soma-links.
+void addCircuitArguments(CLI::App& command, CircuitOptions& circuit, bool& no_soma_links);
 
 }  // namespace filiform::tools

@@ -1,18 +1,33 @@
 // What compare.py compares Python with: the same questions in C++. Prints the seconds for all points at once, and the
 // microseconds for one point, each repeated.
 //   filiform_python_loop SET POINTS REPEATS     POINTS: raw float64, x y z of each point
+//   filiform_python_loop SET REPEATS            decodes all tiles with their radii and types; prints CPU seconds
 #include "index/query/nearest.h"
 #include "index/set/tile_set.h"
 
 #include <algorithm>
 #include <chrono>
 #include <cstdlib>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <vector>
 
+int decodeAll(const char* name, int repeats) {
+  const auto set = filiform::TileSet::open(name);
+  std::uint64_t segments = 0;
+  for (int i = 0; i < repeats; ++i) {
+    const std::clock_t begin = std::clock();
+    for (filiform::TileId tile = 0; tile < set->tile_count(); ++tile)
+      segments += set->load(tile)->segment_count() + set->loadAppearance(tile).types.size();
+    std::cout << "decode " << static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC << '\n';
+  }
+  return segments > 0 ? 0 : 1;
+}
+
 int main(int argc, char** argv) {
+  if (argc == 3) return decodeAll(argv[1], std::atoi(argv[2]));
   if (argc != 4) return 2;
   using Clock = std::chrono::steady_clock;
   const auto seconds = [](Clock::time_point begin) {

@@ -11,26 +11,47 @@ Errors: ValueError for a wrong shape or value, TypeError for what is no number, 
 OSError for a file or server that cannot be read, CorruptSet for damaged files. The text names the argument or file.
 """
 
+try:
+    import numpy as _numpy  # noqa: F401
+except ImportError as _missing:
+    raise ImportError("filiform needs NumPy, which this Python cannot import: pip install numpy, or Debian's python3-numpy") from _missing
+
 from ._core import CorruptSet, version as __version__
-from .cell import Cell, CellPath
+from .cell import Cell
 from .cells import CellList, Cells
-from .making import IngestReport, ingest
+from .making import CheckedInput, CheckReport, IngestReport, Record, Records, VerifyReport, check, compact, ingest, remove, verify
 from .navigation import Navigation
 from .pictures import render
-from .set import Density, LevelSegments, Set, open
+from .results import CellPath, Density, GroupedDensity, LevelSegments
+from .set import Set, open
+from .travel import Tick, Travel
+from .view import View
 
 __all__ = [
     "Cell",
     "CellList",
     "CellPath",
     "Cells",
+    "CheckReport",
+    "CheckedInput",
     "CorruptSet",
     "Density",
+    "GroupedDensity",
     "IngestReport",
     "LevelSegments",
     "Navigation",
+    "Record",
+    "Records",
     "Set",
+    "Tick",
+    "Travel",
+    "VerifyReport",
+    "View",
+    "check",
+    "compact",
     "ingest",
     "open",
+    "remove",
     "render",
+    "verify",
 ]

@@ -5,35 +5,18 @@ from __future__ import annotations
 import operator
 import os
 from functools import cached_property
-from typing import Any, NamedTuple, Union
+from typing import Any, Union
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _core
 from .pictures import notebook_png, render
+from .results import CellPath
 from .scene import Owner
 
 Array = npt.NDArray[Any]
 _PLACE = "a sample id, 'soma', a point or one row of Set.nearest"
-
-
-class CellPath(NamedTuple):
-    """The shortest path between two places of a cell."""
-
-    points: Array  #: (N, 3), um: the first place, each sample on the way, the last place
-    along: Array  #: (N,), um from the first place
-    samples: Array  #: (N,), int64 sample ids; -1 for a place between two samples
-
-    @property
-    def length(self) -> float:
-        """um along the neurite."""
-        return float(self.along[-1])
-
-    @property
-    def straight(self) -> float:
-        """um from end to end."""
-        return float(np.linalg.norm(self.points[-1] - self.points[0]))
 
 
 class Cell:
@@ -56,34 +39,57 @@ class Cell:
 
     @property
     def name(self) -> str:
+        """>>> c.name
+'L5_1'"""
         return self._record[0].decode("utf-8", "surrogateescape")
 
     @property
     def source(self) -> str:
-        """The file, or archive and entry, that the cell was read from."""
+        """The file, or archive and entry, that the cell was read from.
+
+        >>> os.path.basename(c.source)
+        'L5_1.swc'
+        """
         return self._record[1].decode("utf-8", "surrogateescape")
 
     @property
     def samples(self) -> int:
+        """>>> c.samples
+5"""
         return self._record[2]
 
     @property
     def segments(self) -> int:
+        """>>> c.segments
+4"""
         return self._record[3]
 
     @property
     def roots(self) -> int:
-        """Samples without a parent: the number of separate trees of a cell without loops."""
+        """Samples without a parent: the number of separate trees of a cell without loops.
+
+        >>> c.roots
+        1
+        """
         return self._record[4]
 
     @property
     def loops(self) -> int:
-        """Independent loops; 0 for a cell that SWC can hold."""
+        """Independent loops; 0 for a cell that SWC can hold.
+
+        >>> c.loops
+        0
+        """
         return self._record[5]
 
     @property
     def bounds(self) -> Array:
-        """Lowest and highest corner, shape (2, 3), um."""
+        """Lowest and highest corner, shape (2, 3), um.
+
+        >>> c.bounds
+        array([[  0., -10.,   0.],
+               [ 20.,  40.,   0.]])
+        """
         bounds = self._record[6]
         return np.full((2, 3), np.nan) if bounds is None else bounds
 
@@ -93,7 +99,12 @@ class Cell:
 
     @property
     def is_loaded(self) -> bool:
-        """True if its arrays are in memory; `CellList.load` reads those of many cells together."""
+        """True if its arrays are in memory; `CellList.load` reads those of many cells together.
+
+        >>> cells = s.cells.find("*")
+        >>> cells[0].is_loaded, cells.load()[0].is_loaded
+        (False, True)
+        """
         return "_data" in self.__dict__
 
     # -- arrays
@@ -105,17 +116,28 @@ class Cell:
         A structured array (N,): ``node_id`` int64, ``label`` int32 (the SWC type), ``x y z radius`` float64 um,
         ``parent_id`` int64, -1 for a root. Unknown radii are nan. For a cell with loops, parents are those of a
         spanning forest; `ends` and `edges` have all links.
+
+        >>> c.nodes[["node_id", "label", "parent_id"]]
+        array([(1, 1, -1), (2, 3,  1), (3, 3,  2), (4, 3,  2), (5, 2,  1)], ...
         """
         return self._data.nodes()
 
     @cached_property
     def node_ids(self) -> Array:
-        """(N,), int64. The ids of the file; where a file restarts its ids, later ones are shifted."""
+        """(N,), int64. The ids of the file; where a file restarts its ids, later ones are shifted.
+
+        >>> c.node_ids
+        array([1, 2, 3, 4, 5])
+        """
         return self._data.node_ids()
 
     @cached_property
     def vertices(self) -> Array:
-        """(N, 3), float64 um, as CloudVolume's Skeleton has them."""
+        """(N, 3), float64 um, as CloudVolume's Skeleton has them.
+
+        >>> c.vertices[-1]
+        array([ 0., 40.,  0.])
+        """
         return self._data.vertices()
 
     @cached_property
@@ -125,29 +147,49 @@ class Cell:
         The ``segment`` of a result is the row here, in every cell: ``c.types[c.ends[hits["segment"], 0]]``. The two ends
         are equal for an isolated sample. A cell without loops numbers each segment as its first end, so that a root has
         a row too, with equal ends.
+
+        >>> hit = s.nearest([15, 5, 0])
+        >>> c.node_ids[c.ends[hit["segment"]]]
+        array([3, 2])
         """
         return self._data.ends()
 
     @cached_property
     def edges(self) -> Array:
-        """(E, 2), uint32: the rows of `ends` whose two ends differ, as CloudVolume's Skeleton has them."""
+        """(E, 2), uint32: the rows of `ends` whose two ends differ, as CloudVolume's Skeleton has them.
+
+        >>> c.edges.tolist()
+        [[1, 0], [2, 1], [3, 1], [4, 0]]
+        """
         edges: Array = self.ends[self.ends[:, 0] != self.ends[:, 1]]
         edges.flags.writeable = False
         return edges
 
     @cached_property
     def radius(self) -> Array:
-        """(N,), float32 um; nan where unknown."""
+        """(N,), float32 um; nan where unknown.
+
+        >>> c.radius
+        array([5.  , 1.  , 0.5 , 0.5 , 0.25], dtype=float32)
+        """
         return self._data.radius()
 
     @cached_property
     def types(self) -> Array:
-        """(N,), uint16: the SWC types."""
+        """(N,), uint16: the SWC types.
+
+        >>> c.types
+        array([1, 3, 3, 3, 2], dtype=uint16)
+        """
         return self._data.types()
 
     @cached_property
     def length(self) -> float:
-        """The sum of the lengths of all segments, um."""
+        """The sum of the lengths of all segments, um.
+
+        >>> round(c.length, 3)
+        78.284
+        """
         ends = self.vertices[self.edges]
         return float(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).sum())
 
@@ -157,21 +199,38 @@ class Cell:
         """The shortest path along the cell between two places; without `end`, to the tip that is farthest along it.
 
         Raises KeyError for an unknown sample, ValueError if the places lie on separate trees.
+
+        >>> c.path(5, 3)
+        <filiform.CellPath of 4 points: 64.14 um, 36.06 um straight>
+        >>> c.path("soma").samples
+        array([1, 5])
         """
         return CellPath(*self._data.path(self._place("start", start), None if end is None else self._place("end", end)))
 
     def distances(self, start: Any) -> Array:
-        """The length of the path from a place to each sample: (N,), float64 um; inf on other trees."""
+        """The length of the path from a place to each sample: (N,), float64 um; inf on other trees.
+
+        >>> c.distances(1).round(1)
+        array([ 0. , 10. , 24.1, 24.1, 40. ])
+        """
         return self._data.lengths_from(self._place("start", start))
 
     def tips(self, start: Any, most: int | None = None) -> Array:
-        """Sample ids of the tips that a path reaches, nearest along it first: int64."""
+        """Sample ids of the tips that a path reaches, nearest along it first: int64.
+
+        >>> c.tips("soma")
+        array([3, 4, 5])
+        """
         return self._data.tips(self._place("start", start), most)
 
     def snap(self, locs: npt.ArrayLike) -> tuple[Any, Any]:
         """The nearest samples, as ``navis.TreeNeuron.snap`` finds them: ids (int64) and distances (um).
 
         locs has the shape (3,) or (N, 3). Compares all samples with all points.
+
+        >>> ids, distances = c.snap([[1, 39, 0]])
+        >>> ids
+        array([5])
         """
         return self._data.snap(locs)
 
@@ -197,6 +256,9 @@ class Cell:
         """A ``networkx.DiGraph`` from child to parent, as navis makes it.
 
         Nodes are sample ids with ``x y z radius label``; edges have ``weight``, their length in um. Needs networkx.
+
+        >>> c.to_networkx().edges[3, 2]["weight"].__round__(2)
+        14.14
         """
         import networkx
 
@@ -215,7 +277,11 @@ class Cell:
         return graph
 
     def to_dataframe(self) -> Any:
-        """`nodes` as a pandas DataFrame. ``label`` is categorical, as in navis. Needs pandas."""
+        """`nodes` as a pandas DataFrame. ``label`` is categorical, as in navis. Needs pandas.
+
+        >>> c.to_dataframe()["node_id"].tolist()
+        [1, 2, 3, 4, 5]
+        """
         import pandas
 
         frame = pandas.DataFrame({name: self.nodes[name] for name in self.nodes.dtype.names or ()})
@@ -223,7 +289,10 @@ class Cell:
         return frame
 
     def to_navis(self) -> Any:
-        """A ``navis.TreeNeuron`` (``Skeleton`` in navis 2). Needs navis."""
+        """A ``navis.TreeNeuron`` (``Skeleton`` in navis 2). Needs navis.
+
+        >>> c.to_navis()  # doctest: +SKIP
+        """
         import navis
 
         kind = navis.TreeNeuron if hasattr(navis, "TreeNeuron") else navis.Skeleton
@@ -233,6 +302,11 @@ class Cell:
         """Write the cell as SWC, with its original ids; without `path`, return the text.
 
         A file is replaced only when all is written. Raises ValueError for a cell with loops, OSError.
+
+        >>> print(c.to_swc())
+        # L5_1
+        ...
+        5 2 0 40 0 0.25 1
         """
         if path is None:
             return self._data.swc().decode("utf-8", "surrogateescape")
@@ -240,7 +314,11 @@ class Cell:
         return None
 
     def render(self, **options: Any) -> Array:
-        """`filiform.render` of this cell."""
+        """`filiform.render` of this cell.
+
+        >>> c.render(size=(64, 48)).shape
+        (48, 64, 3)
+        """
         return render(self, **options)
 
     def __reduce__(self) -> tuple[Any, ...]:

@@ -29,6 +29,9 @@ class CellList(list[Cell]):
 
         Several times faster than one cell after the other, above all where cells are entangled or the set is at an
         address. The cells keep their arrays, about 40 bytes a sample. Reads only cells whose arrays are not read yet.
+
+        >>> s.cells.find("L5*").load()
+        <filiform.CellList of 2 cells>
         """
         for owner in {cell.set for cell in self}:
             wanted = {cell.index for cell in self if cell.set is owner and not cell.is_loaded}
@@ -43,23 +46,74 @@ class CellList(list[Cell]):
 
     @property
     def nodes(self) -> list[npt.NDArray[Any]]:
-        """`Cell.nodes` of each cell; reads the cells as `load` does."""
+        """`Cell.nodes` of each cell; reads the cells as `load` does.
+
+        >>> [len(nodes) for nodes in s.cells.find("*").nodes]
+        [3, 5, 5]
+        """
         return [cell.nodes for cell in self.load()]
 
     @property
     def vertices(self) -> list[npt.NDArray[Any]]:
-        """`Cell.vertices` of each cell; reads the cells as `load` does."""
+        """`Cell.vertices` of each cell; reads the cells as `load` does.
+
+        >>> np.concatenate(s.cells.find("*").vertices).shape
+        (13, 3)
+        """
         return [cell.vertices for cell in self.load()]
 
+    @property
+    def radius(self) -> list[npt.NDArray[Any]]:
+        """`Cell.radius` of each cell; reads the cells as `load` does.
+
+        >>> [float(radius.max()) for radius in s.cells.find("*").radius]
+        [4.0, 5.0, 5.0]
+        """
+        return [cell.radius for cell in self.load()]
+
+    @property
+    def types(self) -> list[npt.NDArray[Any]]:
+        """`Cell.types` of each cell; reads the cells as `load` does.
+
+        >>> s.cells.find("L4*").types
+        [array([1, 2, 2], dtype=uint16)]
+        """
+        return [cell.types for cell in self.load()]
+
+    @property
+    def ends(self) -> list[npt.NDArray[Any]]:
+        """`Cell.ends` of each cell; reads the cells as `load` does.
+
+        >>> s.cells.find("L4*").ends[0].tolist()
+        [[0, 0], [1, 0], [2, 1]]
+        """
+        return [cell.ends for cell in self.load()]
+
+    @property
+    def edges(self) -> list[npt.NDArray[Any]]:
+        """`Cell.edges` of each cell; reads the cells as `load` does.
+
+        >>> s.cells.find("L4*").edges[0].tolist()
+        [[1, 0], [2, 1]]
+        """
+        return [cell.edges for cell in self.load()]
+
     def to_dataframe(self) -> Any:
-        """A pandas DataFrame, one row a cell: ``index name source samples segments roots loops``. Needs pandas."""
+        """A pandas DataFrame, one row a cell: ``index name source samples segments roots loops``. Needs pandas.
+
+        >>> s.cells.find("*").to_dataframe()["name"].tolist()
+        ['L4_1', 'L5_1', 'L5_2']
+        """
         import pandas
 
         columns = ["index", "name", "source", "samples", "segments", "roots", "loops"]
         return pandas.DataFrame([[getattr(cell, c) for c in columns] for cell in self], columns=columns)
 
     def to_navis(self) -> Any:
-        """A navis NeuronList. Needs navis."""
+        """A navis NeuronList. Needs navis.
+
+        >>> s.cells.find("L5*").to_navis()  # doctest: +SKIP
+        """
         import navis
 
         return navis.NeuronList([cell.to_navis() for cell in self.load()])
@@ -82,7 +136,11 @@ class Cells(Mapping[str, Cell]):
         self._set = owner
 
     def index(self, cell: Any) -> int:
-        """The index of a cell: of a name, the uint32 of a result, or a Cell of this set. Raises KeyError for an unknown one."""
+        """The index of a cell: of a name, the uint32 of a result, or a Cell of this set. Raises KeyError for an unknown one.
+
+        >>> s.cells.index("L5_1")
+        1
+        """
         handle = self._set._handle
         if isinstance(cell, Cell):
             if cell.set._id != self._set._id:
@@ -103,7 +161,11 @@ class Cells(Mapping[str, Cell]):
         raise TypeError(f"cell: expected a name, a cell of a result or a Cell, got {type(cell).__name__}")
 
     def at(self, index: int) -> Cell:
-        """The cell with this index, as results and ``box_counts(group_by="cell")`` have it. Raises KeyError."""
+        """The cell with this index, as results and ``box_counts(group_by="cell")`` have it. Raises KeyError.
+
+        >>> s.cells.at(0).name
+        'L4_1'
+        """
         try:
             i = operator.index(index)
         except TypeError:
@@ -133,13 +195,20 @@ class Cells(Mapping[str, Cell]):
 
     @property
     def names(self) -> list[str]:
-        """The names, in the order of the indices."""
+        """The names, in the order of the indices.
+
+        >>> s.cells.names
+        ['L4_1', 'L5_1', 'L5_2']
+        """
         return [text(name) for _, name in self._set._handle.cells_named(b"")]
 
     def find(self, pattern: str) -> CellList:
         """The cells whose whole name matches: ``*`` any text, ``?`` any byte, ``[a-z]`` one of these.
 
         Letter case does not count.
+
+        >>> s.cells.find("l5_?")
+        <filiform.CellList of 2 cells>
         """
         raw = pattern.encode("utf-8", "surrogateescape")
         if not raw:
@@ -150,11 +219,18 @@ class Cells(Mapping[str, Cell]):
         """The cells of an array of indices, such as ``hits["cell"]``: each once, ascending.
 
         Rows without a segment, which have the index 2**32 - 1, give no cell.
+
+        >>> [cell.name for cell in s.cells.where(s.nearest([[0, 0, 0], [0, 1, 0]])["cell"])]
+        ['L5_1']
         """
         return CellList(self.at(i) for i in np.unique(np.asarray(indices)).tolist() if i != NO_CELL)
 
     def to_dataframe(self) -> Any:
-        """A pandas DataFrame, one row a cell. Needs pandas."""
+        """A pandas DataFrame, one row a cell. Needs pandas.
+
+        >>> s.cells.to_dataframe()["samples"].sum()
+        13
+        """
         return self.find("*").to_dataframe()
 
     def __repr__(self) -> str:

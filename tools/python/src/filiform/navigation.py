@@ -20,27 +20,47 @@ class Navigation:
 
     @property
     def outcome(self) -> str:
-        """``"completed"``, ``"stuck"`` or ``"time_over"``."""
+        """``"completed"``, ``"stuck"`` or ``"time_over"``.
+
+        >>> s.navigate("L5_1", route="5:3").outcome
+        'completed'
+        """
         return str(self.summary["outcome"])
 
     @property
     def time(self) -> Array:
-        """(T,), s."""
+        """(T,), s.
+
+        >>> s.navigate("L5_1", seconds=0.1).time[-1].round(3)
+        0.099
+        """
         return self.ticks["time"]
 
     @property
     def hand(self) -> Array:
-        """(T, 3), um: where the hand is in the tissue."""
+        """(T, 3), um: where the hand is in the tissue.
+
+        >>> s.navigate("L5_1", seconds=0.1).hand.shape
+        (100, 3)
+        """
         return self.ticks["hand"]
 
     @property
     def proxy(self) -> Array:
-        """(T, 3), um: where the proxy is on the neurites."""
+        """(T, 3), um: where the proxy is on the neurites.
+
+        >>> s.navigate("L5_1", seconds=0.1).proxy.shape
+        (100, 3)
+        """
         return self.ticks["proxy"]
 
     @property
     def force(self) -> Array:
-        """(T, 3), N, in the device's frame: what the hand feels."""
+        """(T, 3), N, in the device's frame: what the hand feels.
+
+        >>> bool((np.linalg.norm(s.navigate("L5_1", seconds=0.1).force, axis=1) <= 8).all())
+        True
+        """
         return self.ticks["force"]
 
     def __len__(self) -> int:

@@ -44,6 +44,9 @@ def render(
     Returns an array (height, width, 3), uint8, rows from the top. Raises ImportError without OpenGL (Debian:
     libegl1, libgl1-mesa-dri), ValueError for a wrong option. Do not draw in a process that was forked after its
     parent has drawn: OpenGL does not survive a fork.
+
+    >>> ff.render(s, size=(64, 48)).shape
+    (48, 64, 3)
     """
     if not hasattr(scene, "_scene"):
         raise TypeError(f"scene: expected a Set or a Cell, got {type(scene).__name__}")

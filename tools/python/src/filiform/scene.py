@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from typing import Any, Callable, Protocol, Union
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _core
+
+Progress = Union[Callable[[str, int, int], Any], None]
 
 
 class Owner(Protocol):

@@ -6,38 +6,25 @@ import errno
 import importlib.util
 import io
 import json
+import operator
 import os
 from types import TracebackType
-from typing import Any, Iterable, NamedTuple, Sequence, Union
+from typing import Any, Iterable, Iterator, Literal, Sequence, Union, overload
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _core
+from . import fields as _fields
 from .cells import NO_CELL, CellList, Cells
+from .fields import Fields
 from .navigation import Navigation
 from .pictures import notebook_png, render
-from .scene import Owner
+from .results import Density, GroupedDensity, LevelSegments
+from .view import View
+from .scene import Owner, Progress
 
 Array = npt.NDArray[Any]
-_ENDS = ("x0", "y0", "z0", "x1", "y1", "z1")
-
-
-class LevelSegments(NamedTuple):
-    """The segments that draw a box, of `Set.levels`."""
-
-    segments: Array  #: fields x0 y0 z0 x1 y1 z1 radius type cell; float64 um, float32 um, uint16, uint32
-    error: float  #: um: no neurite of the set is farther from its drawn form
-    hidden: int  #: segments of the set that are left out, because others cover their pixels
-    limited: bool  #: True: coarser than one pixel, because of the limit on segments
-
-
-class Density(NamedTuple):
-    """The length of neurite in each box of a grid, of `Set.density`."""
-
-    density: Array  #: (boxes along x, y, z): um of neurite per um3
-    origin: Array  #: (3,), um: the lowest corner of the first box
-    step: float  #: um: the edge of the boxes
 
 
 def open(
@@ -61,6 +48,10 @@ def open(
 
     Raises FileNotFoundError if there is no such folder, OSError if it cannot be read or is no set, CorruptSet if it is
     damaged, ValueError for a malformed address. Reads a few kilobytes, whatever the size of the set.
+
+    >>> with ff.open("column.fil", budget="1GiB") as opened:
+    ...     len(opened.cells)
+    3
     """
     return Set(path, token=token, cache=cache, budget=budget, revision=revision)
 
@@ -106,48 +97,86 @@ class Set:
 
     @property
     def path(self) -> str:
-        """Absolute path of the folder, or the address."""
+        """Absolute path of the folder, or the address.
+
+        >>> os.path.basename(s.path)
+        'column.fil'
+        """
         return self._path
 
     @property
     def closed(self) -> bool:
+        """>>> s.closed
+False"""
         return self._handle.closed
 
     @property
     def revision(self) -> str:
-        """The revision that was opened. It stays, if another one is published meanwhile, also in other processes."""
+        """The revision that was opened. It stays, if another one is published meanwhile, also in other processes.
+
+        >>> ff.open("column.fil", revision=s.revision) == s
+        True
+        """
         return self._handle.revision
 
     @property
     def units(self) -> str:
-        """The unit of positions and lengths, as pint and navis write it: ``"1 micrometer"``."""
+        """The unit of positions and lengths, as pint and navis write it: ``"1 micrometer"``.
+
+        >>> s.units
+        '1 micrometer'
+        """
         return "1 micrometer"
 
     @property
     def bounds(self) -> Array:
-        """Lowest and highest corner of all samples: shape (2, 3), um; NaN for a set without samples."""
+        """Lowest and highest corner of all samples: shape (2, 3), um; NaN for a set without samples.
+
+        >>> s.bounds
+        array([[  0., -10.,   0.],
+               [120.,  60., 100.]])
+        """
         bounds = self._handle.bounds()
         return np.full((2, 3), np.nan) if bounds is None else bounds
 
     def info(self) -> dict[str, Any]:
-        """All totals of the set: what ``filiform info SET --json`` prints."""
+        """All totals of the set: what ``filiform info SET --json`` prints.
+
+        >>> s.info()["cells"]
+        3
+        """
         info: dict[str, Any] = json.loads(self._handle.info())
         return info
 
     @property
     def resident_bytes(self) -> int:
-        """Bytes of the tiles in memory now; at most about the budget."""
+        """Bytes of the tiles in memory now; at most about the budget.
+
+        >>> hits = s.nearest([0, 0, 0])
+        >>> s.resident_bytes > 0
+        True
+        """
         return self._handle.resident_bytes()
 
     @property
     def cells(self) -> Cells:
-        """The cells, by name: ``s.cells["name"]``, ``s.cells.find("L5*")``, ``len(s.cells)``."""
+        """The cells, by name: ``s.cells["name"]``, ``s.cells.find("L5*")``, ``len(s.cells)``.
+
+        >>> s.cells["L5_1"]
+        <filiform.Cell 'L5_1': 4 segments>
+        """
         if self._cells is None:
             self._cells = Cells(self)
         return self._cells
 
     def close(self) -> None:
-        """Close the files. Calls under way in other threads end first. Later calls raise ValueError."""
+        """Close the files. Calls under way in other threads end first. Later calls raise ValueError.
+
+        >>> other = ff.open("column.fil")
+        >>> other.close()
+        >>> other
+        <filiform.Set '...column.fil', closed>
+        """
         self._handle.close()
 
     def __enter__(self) -> Set:
@@ -216,7 +245,11 @@ class Set:
 
     @property
     def attributes(self) -> list[str]:
-        """The names of the attributes that the set has of its cells, such as ``mtype`` and ``layer``."""
+        """The names of the attributes that the set has of its cells, such as ``mtype`` and ``layer``.
+
+        >>> s.attributes
+        ['layer', 'mtype']
+        """
         return [name.decode("utf-8", "surrogateescape") for name in _core.attribute_names(self._handle)]
 
     def attribute(self, name: str, cells: npt.ArrayLike | None = None) -> Array:
@@ -226,6 +259,11 @@ class Set:
 
         ``s.attribute("layer", hits["cell"])`` gives it for each row of `nearest`; it is missing where no segment was
         found. Raises KeyError for an unknown one.
+
+        >>> s.attribute("layer")
+        array([4., 5., 5.])
+        >>> s.attribute("mtype", s.nearest([[0, 40, 0]])["cell"])
+        array(['TPC'], dtype=object)
         """
         column = self._column(name)
         if cells is None:
@@ -252,16 +290,24 @@ class Set:
         column_of_text: Array = named[np.minimum(values, len(texts))]
         return column_of_text
 
-    def where(self, **conditions: Any) -> CellList:
+    def _cells_meeting(self, where: Union[str, Sequence[str]]) -> list[int]:
+        return _core.cells_meeting(self._handle, [where] if isinstance(where, str) else list(where))
+
+    def where(self, *texts: str, **conditions: Any) -> CellList:
         """The cells whose attributes meet all conditions, by ascending index.
 
         A condition is a value, a list of values, or a function that takes the whole column and returns a mask:
-        ``s.where(mtype=["L5_TPC:A", "L5_TPC:B"], layer=5)``, ``s.where(depth=lambda d: d > 800)``.
+        ``s.where(mtype=["L5_TPC:A", "L5_TPC:B"], layer=5)``, ``s.where(depth=lambda d: d > 800)``. Texts are conditions
+        as in ``filiform cells --where``: ``s.where("layer>=5", "measure:length>5000")``.
         Raises KeyError for an unknown attribute.
+
+        >>> [cell.name for cell in s.where(layer=5)]
+        ['L5_1', 'L5_2']
+        >>> len(s.where(layer=lambda layer: layer < 5)), len(s.where("mtype=T*", "measure:length>20"))
+        (1, 2)
         """
         mask = np.zeros(self._handle.cell_limit(), bool)
-        for index, _ in self._handle.cells_named(b""):
-            mask[index] = True
+        mask[self._cells_meeting(texts) if texts else self._chosen(None)] = True
         for name, condition in conditions.items():
             column = self.attribute(name)
             if callable(condition):
@@ -303,6 +349,9 @@ class Set:
 
         The columns have units in their names, such as ``length_um``; nan where there is no value. Raises ValueError
         for an unknown word, with near names, and KeyError for an unknown cell.
+
+        >>> s.measure("L4_1", features="length,tips", sholl=10, frame=False)["length_um"]
+        array([30.])
         """
         chosen = self._chosen(cells)
         if sholl is not None and not 0 < sholl < np.inf:
@@ -345,6 +394,9 @@ class Set:
         ``pandas.crosstab(s.attribute("layer", c["from"]), s.attribute("layer", c["to"]))``.
         Raises ValueError for an unknown type, with near names, and for a distance that is not above 0, or at which
         every segment would touch every other; KeyError for an unknown cell.
+
+        >>> s.contacts(101, frame=False)["from_name"]
+        array(['L4_1', 'L5_1'], dtype=object)
         """
         columns = {
             title: np.load(io.BytesIO(npy))
@@ -361,14 +413,27 @@ class Set:
         """Indices of cells, each once; None: all."""
         return [index for index, _ in self._handle.cells_named(b"")] if cells is None else self._indices(cells)
 
+    @overload
+    def density(
+        self, step: float, *, cells: Any = None, type: Union[str, Sequence[str], None] = None, group_by: None = None,
+        workers: int = -1,
+    ) -> Density: ...
+
+    @overload
+    def density(
+        self, step: float, *, cells: Any = None, type: Union[str, Sequence[str], None] = None,
+        group_by: Union[str, Sequence[str]], workers: int = -1,
+    ) -> GroupedDensity: ...
+
     def density(
         self,
         step: float,
         *,
         cells: Any = None,
         type: Union[str, Sequence[str], None] = None,
+        group_by: Union[str, Sequence[str], None] = None,
         workers: int = -1,
-    ) -> Density:
+    ) -> Union[Density, GroupedDensity]:
         """The length of neurite in each box of a grid.
 
         Parameters
@@ -376,15 +441,104 @@ class Set:
         step : um, the edge of the boxes. The planes of the grid lie at multiples of it, about the boxes of the cells.
         cells : a name or Cell, or a sequence of them, such as ``s.where(layer=5)``. Default: all cells.
         type : count only segments of these types: ``"axon"``, ``"basal"``, ``"apical"`` or codes of SWC.
+        group_by : ``"cell"``, ``"type"`` or both, ``"cell,type"``: one row for each box and group with neurite.
         workers : threads; -1 is one a processor. All numbers give the same values.
 
-        Returns a `Density`. ``density.sum() * step**3`` is the length of the neurites, as `measure` sums it. Raises
-        ValueError for a grid of more than 2**25 boxes, with their number.
+        Returns a `Density`, or with `group_by` a `GroupedDensity`. ``density.sum() * step**3`` is the length of the
+        neurites, as `measure` sums it. Raises ValueError for a grid of more than 2**25 boxes, with their number, and
+        for more groups.
+
+        >>> s.density(50)
+        <filiform.Density: 3 x 3 x 3 boxes of 50 um, 86.6 um of neurite>
+        >>> s.density(50, group_by="cell,type").rows[0]
+        (0, 0, 0, 1, 3, 14.14213562)
         """
-        step = float(step)
+        try:
+            step = float(step)
+        except (TypeError, ValueError):
+            raise TypeError(f"step: expected a number, got {_kind(step)}") from None
         chosen = None if cells is None else self._indices(cells)
-        lengths, origin = _core.density(self._handle, step, chosen, _listed(type), workers)
+        groups = () if group_by is None else tuple(_listed(group_by).split(","))
+        for group in groups:
+            if group not in ("cell", "type"):
+                raise ValueError(f"group_by: expected 'cell', 'type' or 'cell,type', got {group!r}")
+        lengths, rows, origin = _core.density(self._handle, step, chosen, _listed(type), workers, "cell" in groups, "type" in groups)
+        if groups:
+            x, y, z = lengths.shape
+            return GroupedDensity(rows, np.array(origin), step, (x, y, z))
         return Density(lengths / step**3, np.array(origin), step)
+
+    # -- all segments
+
+    @overload
+    def segments(
+        self, fields: Fields = None, *, box: Any = None, cells: Any = None, type: Union[str, Sequence[str], None] = None,
+        chunks: None = None, workers: int = 1,
+    ) -> Array: ...
+
+    @overload
+    def segments(
+        self, fields: Fields = None, *, box: Any = None, cells: Any = None, type: Union[str, Sequence[str], None] = None,
+        chunks: int, workers: int = 1,
+    ) -> Iterator[Array]: ...
+
+    def segments(
+        self,
+        fields: Fields = None,
+        *,
+        box: Any = None,
+        cells: Any = None,
+        type: Union[str, Sequence[str], None] = None,
+        chunks: int | None = None,
+        workers: int = 1,
+    ) -> Union[Array, Iterator[Array]]:
+        """All segments, or those of a box, of cells or of types, in one pass that decodes each tile once.
+
+        Parameters
+        ----------
+        fields : names with commas between, or a list; the name of one field gives its values. ``cell segment`` uint32;
+            ``sample`` int64, the id in the file of the end away from the root; ``type`` int32 and ``radius`` float32 um
+            of that end; ``x0 y0 z0`` and ``x1 y1 z1`` float64 um, the ends away from and towards the root; ``length``
+            float64 um. Default: all but ``length``. Fewer fields take less time.
+        box : (2, 3), um: only segments that meet this closed box.
+        cells : a name or Cell, or a sequence of them, such as ``s.where(layer=5)``. Default: all cells.
+        type : only segments of these types: ``"axon"``, ``"basal"``, ``"apical"``, ``"dendrite"``, ``"soma"``,
+            ``"undefined"`` or codes of SWC.
+        chunks : rows an array: gives arrays one after the other, so that memory stays bounded. Default: one array.
+        workers : threads that decode tiles; -1 is one a processor. All numbers give the same rows.
+
+        Each segment comes once, in the order of the tiles: neighbours in space are near each other. An isolated sample
+        is a segment with equal ends. Raises ValueError, KeyError for an unknown cell, OSError, CorruptSet.
+
+        >>> s.segments("cell,type,length", cells="L5_1", type="axon")
+        array([(1, 2, 40.)], dtype=[('cell', '<u4'), ('type', '<i4'), ('length', '<f8')])
+        >>> s.segments("length").sum().round(2)
+        216.57
+        >>> for rows in s.segments(chunks=4):
+        ...     print(len(rows))
+        4
+        4
+        2
+        """
+        row = _fields.of_segments(fields)
+        corners = None if box is None else _corners(box)
+        reader = _core.SegmentReader(
+            self._handle, row, corners, None if cells is None else sorted(self._indices(cells)), _listed(type), workers
+        )
+        single = (row.names or ("",))[0] if _fields.is_single(fields) else None
+        if chunks is not None:
+            try:
+                chunks = operator.index(chunks)
+            except TypeError:
+                raise TypeError(f"chunks: expected an integer, got {_kind(chunks)}") from None
+            if chunks < 1:
+                raise ValueError("chunks: must be 1 row or more")
+            return _parts(reader, chunks, single)
+        whole = box is None and cells is None and type is None
+        parts = list(_parts(reader, 2**62 if whole else 2**17, single))
+        if len(parts) == 1:
+            return parts[0]
+        return np.concatenate(parts) if parts else np.empty(0, row if single is None else row[single])
 
     # -- questions
 
@@ -435,6 +589,12 @@ class Set:
         `approximate` reads neither type nor radius.
 
         Raises ValueError, TypeError, OSError, CorruptSet, and MemoryError for a result larger than the memory.
+
+        >>> hit = s.nearest([15, 0, 2])
+        >>> hit["distance"], s.cells[hit["cell"]].name
+        (4.06..., 'L5_1')
+        >>> s.nearest([[0, 40, 1], [100, 40, 1]], type="axon")["distance"]
+        array([1., 1.])
         """
         return _core.nearest(self._handle, points, k, eps, distance_upper_bound, workers, approximate, self._filter(cell, not_cell, type, where), own, of_cells)
 
@@ -443,6 +603,10 @@ class Set:
 
         points has the shape (3,) or (..., 3), um. Returns the moved points, of the same shape, and the distances, of
         shape points.shape[:-1], um. `Cell.snap` moves points to the samples of one cell, as navis does.
+
+        >>> moved, distances = s.snap([[0, 20, 3]])
+        >>> moved, distances
+        (array([[ 0., 20.,  0.]]), array([3.]))
         """
         hits = self.nearest(points, workers=workers)
         moved = np.stack([hits["x"], hits["y"], hits["z"]], axis=-1)
@@ -453,7 +617,7 @@ class Set:
         corner: npt.ArrayLike,
         opposing_corner: npt.ArrayLike,
         *,
-        fields: Union[str, Sequence[str], None] = None,
+        fields: Fields = None,
         cell: Any = None,
         not_cell: Any = None,
         type: Union[str, Sequence[str], None] = None,
@@ -465,16 +629,19 @@ class Set:
         `nearest` does, nearest to the middle of the box first. `fields` chooses fields, as in brain-indexer: a list
         gives an array of these fields, one name gives its values. It may also name ``x0 y0 z0 x1 y1 z1``, the ends of
         the segment, away from and towards the root, um. The filters are those of `nearest`.
+
+        >>> s.box_query([-1, 30, -1], [1, 50, 1], fields="sample")
+        array([5])
         """
-        ends = _wants_ends(fields)
-        return _select(*_core.box_query(self._handle, corner, opposing_corner, ends, self._filter(cell, not_cell, type, where)), fields)
+        ends = _fields.wants_ends(fields)
+        return _fields.select(*_core.box_query(self._handle, corner, opposing_corner, ends, self._filter(cell, not_cell, type, where)), fields)
 
     def sphere_query(
         self,
         center: npt.ArrayLike,
         radius: float,
         *,
-        fields: Union[str, Sequence[str], None] = None,
+        fields: Fields = None,
         cell: Any = None,
         not_cell: Any = None,
         type: Union[str, Sequence[str], None] = None,
@@ -483,8 +650,23 @@ class Set:
         """Find all segments within a closed sphere, exactly; nearest to the center first.
 
         center has the shape (3,), radius is in um. Rows, `fields` and filters are as for `box_query`.
+
+        >>> s.sphere_query([0, 40, 0], 10, fields=["sample", "distance"])
+        array([(5, 0.)], dtype=[('sample', '<i8'), ('distance', '<f8')])
         """
-        return _select(*_core.sphere_query(self._handle, center, radius, _wants_ends(fields), self._filter(cell, not_cell, type, where)), fields)
+        return _fields.select(*_core.sphere_query(self._handle, center, radius, _fields.wants_ends(fields), self._filter(cell, not_cell, type, where)), fields)
+
+    @overload
+    def box_counts(
+        self, corner: npt.ArrayLike, opposing_corner: npt.ArrayLike, *, group_by: None = None, once: bool = False, cell: Any = None, not_cell: Any = None,
+        type: Union[str, Sequence[str], None] = None, where: Union[str, Sequence[str], None] = None,
+    ) -> int: ...
+
+    @overload
+    def box_counts(
+        self, corner: npt.ArrayLike, opposing_corner: npt.ArrayLike, *, group_by: Literal["cell"], once: bool = False, cell: Any = None, not_cell: Any = None,
+        type: Union[str, Sequence[str], None] = None, where: Union[str, Sequence[str], None] = None,
+    ) -> dict[int, int]: ...
 
     def box_counts(
         self,
@@ -492,13 +674,35 @@ class Set:
         opposing_corner: npt.ArrayLike,
         *,
         group_by: str | None = None,
+        once: bool = False,
         cell: Any = None,
         not_cell: Any = None,
         type: Union[str, Sequence[str], None] = None,
         where: Union[str, Sequence[str], None] = None,
     ) -> Union[int, dict[int, int]]:
-        """Count the segments that meet a closed box. With ``group_by="cell"``: a dict of cell indices and counts."""
-        return _grouped(_core.box_counts(self._handle, corner, opposing_corner, self._filter(cell, not_cell, type, where)), group_by)
+        """Count the segments that meet a closed box. With ``group_by="cell"``: a dict of cell indices and counts.
+
+        once : True: count a segment only in the box that holds its middle, without the upper faces; so boxes side by
+            side count each segment once. The filters are those of `nearest`.
+
+        >>> s.box_counts([0, 0, 0], [50, 50, 50])
+        4
+        >>> s.box_counts([0, 0, 0], [200, 50, 200], group_by="cell", once=True)
+        {0: 2, 1: 3, 2: 3}
+        """
+        return _grouped(_core.box_counts(self._handle, corner, opposing_corner, self._filter(cell, not_cell, type, where), once), group_by)
+
+    @overload
+    def sphere_counts(
+        self, center: npt.ArrayLike, radius: float, *, group_by: None = None, cell: Any = None, not_cell: Any = None,
+        type: Union[str, Sequence[str], None] = None, where: Union[str, Sequence[str], None] = None,
+    ) -> int: ...
+
+    @overload
+    def sphere_counts(
+        self, center: npt.ArrayLike, radius: float, *, group_by: Literal["cell"], cell: Any = None, not_cell: Any = None,
+        type: Union[str, Sequence[str], None] = None, where: Union[str, Sequence[str], None] = None,
+    ) -> dict[int, int]: ...
 
     def sphere_counts(
         self,
@@ -511,7 +715,13 @@ class Set:
         type: Union[str, Sequence[str], None] = None,
         where: Union[str, Sequence[str], None] = None,
     ) -> Union[int, dict[int, int]]:
-        """Count the segments within a closed sphere. With ``group_by="cell"``: a dict of cell indices and counts."""
+        """Count the segments within a closed sphere. With ``group_by="cell"``: a dict of cell indices and counts.
+
+        The filters are those of `nearest`.
+
+        >>> s.sphere_counts([0, 0, 0], 15, group_by="cell")
+        {1: 4}
+        """
         return _grouped(_core.sphere_counts(self._handle, center, radius, self._filter(cell, not_cell, type, where)), group_by)
 
     def ray(
@@ -535,6 +745,9 @@ class Set:
         radius + slope * (distance along the ray), um. `length` ends the ray, `k` limits the rows. The filters and
         `of_cells` are those of `nearest`. Returns a structured array with the fields ``along distance x y z`` (float64
         um), ``cell segment`` (uint32), ``sample`` (int64), and ``type radius t`` as `nearest` has them.
+
+        >>> s.ray([0, 20, -50], [0, 0, 1])["along"]
+        array([ 50., 150.])
         """
         return _core.ray(
             self._handle, origin, direction, radius, slope, length, k, self._filter(cell, not_cell, type, where), of_cells
@@ -545,6 +758,9 @@ class Set:
 
         box has the shape (2, 3), um; its longest side is drawn `pixels` wide. `segments` limits the choice of tiles.
         Returns `LevelSegments`. Raises ValueError for a set without levels of detail.
+
+        >>> s.levels(s.bounds, pixels=1000)
+        <filiform.LevelSegments: ... segments, error ... um, ... hidden>
         """
         return LevelSegments(*_core.levels(self._handle, box, pixels, segments))
 
@@ -579,6 +795,9 @@ class Set:
         speed : of the hand's aim, m/s. stiffness : of the spring to the proxy, N/m. budget : bytes for tiles.
         record : write the exchanges with the device to this file, for ``device="replay:FILE"``. A replay takes the
             options of the recording, but those that differ from the defaults here.
+
+        >>> s.navigate("L5_1", route="5:3")
+        <filiform.Navigation on 'L5_1': completed, ... um in ... ticks, at most ... N>
         """
         index = None if cell is None else self.cells.index(cell)
         if isinstance(budget, str):
@@ -590,9 +809,71 @@ class Set:
         )
         return Navigation(ticks, summary)
 
+    def export(
+        self,
+        path: Union[str, "os.PathLike[str]"],
+        cells: Any = None,
+        *,
+        type: Union[str, Sequence[str], None] = None,
+        format: str = "",
+        progress: Progress = None,
+    ) -> int:
+        """Write cells in other formats, as ``filiform export`` does; return the number of samples.
+
+        Parameters
+        ----------
+        path : the ending chooses: ``.swc``, ``.edges`` (keeps loops), ``.obj`` or ``.vtk`` for one cell; ``"DIR/"``,
+            ``"ARCHIVE.zip"`` or ``"DIR.precomputed"`` (Neuroglancer) for several.
+        cells : a name or Cell, or a sequence of them. Default: all cells.
+        type : only samples of these types; a sample whose parent is left out becomes a root.
+        format : of the files of a folder or archive: ``"swc"``, ``"edges"``, ``"obj"``, ``"vtk"``; ``"precomputed"``:
+            skeletons in few files. Default: SWC, edges for a cell with loops.
+
+        A file is replaced when all is written; a folder must be empty. Raises ValueError, KeyError, OSError.
+
+        >>> s.export("cells.zip")
+        13
+        >>> s.export("L5_1_axon.swc", "L5_1", type="axon")
+        1
+        """
+        chosen = self._chosen(cells)
+        return _core.export(self._handle, chosen, _listed(type), os.fsencode(path), format, {"progress": progress})
+
+    def view(self, *, page: str | None = None, height: int = 600) -> View:
+        """A view for a notebook: the travelling page of a server in a frame, or a picture with a link to it.
+
+        page : address of a server's page; for a set at the address of a server, its own. Without one, the picture alone.
+            The frame needs a server that lets the notebook's page hold it; otherwise the picture links to the page.
+
+        >>> s.view()
+        <filiform.View of 'column.fil': a picture>
+        """
+        return View(self, page, height)
+
     def render(self, **options: Any) -> Array:
-        """`filiform.render` of this set."""
+        """`filiform.render` of this set.
+
+        >>> s.render(size=(64, 48)).shape
+        (48, 64, 3)
+        """
         return render(self, **options)
+
+
+def _kind(value: Any) -> str:
+    return type(value).__name__
+
+
+def _corners(box: Any) -> tuple[Any, Any]:
+    try:
+        lo, hi = box
+    except (TypeError, ValueError):
+        raise ValueError("box: expected two corners, shape (2, 3), um") from None
+    return lo, hi
+
+
+def _parts(reader: _core.SegmentReader, rows: int, single: str | None) -> Iterator[Array]:
+    while len(part := reader.next(rows)) > 0:
+        yield part if single is None else part[single]
 
 
 def _listed(words: Union[str, Sequence[str], None]) -> str:
@@ -628,40 +909,6 @@ def _reopen(path: str, revision: str, budget: int) -> Set:
         return Set(path, budget=budget, revision=revision)
     except OSError as reason:
         return _Unopened(path, budget, reason)
-
-
-def _names(fields: Union[str, Iterable[str]]) -> tuple[str, ...]:
-    names = (fields,) if isinstance(fields, str) else tuple(fields)
-    known = tuple(_core.HIT.names or ()) + _ENDS
-    for name in names:
-        if name not in known:
-            raise ValueError(f"fields: unknown field {name!r}; choose from {' '.join(known)}")
-    if len(set(names)) != len(names) or not names:
-        raise ValueError("fields: give each field once, and at least one")
-    return names
-
-
-def _wants_ends(fields: Union[str, Sequence[str], None]) -> bool:
-    return fields is not None and any(name in _ENDS for name in _names(fields))
-
-
-def _select(rows: Array, ends: Array | None, fields: Union[str, Sequence[str], None]) -> Array:
-    if fields is None:
-        return rows
-    names = _names(fields)
-
-    def column(name: str) -> Array:
-        if name in _ENDS:
-            assert ends is not None
-            return ends[:, _ENDS.index(name)]
-        return rows[name]
-
-    if isinstance(fields, str):
-        return np.ascontiguousarray(column(fields))
-    chosen = np.empty(len(rows), dtype=[(name, column(name).dtype) for name in names])
-    for name in names:
-        chosen[name] = column(name)
-    return chosen
 
 
 def _grouped(counts: dict[int, int], group_by: str | None) -> Union[int, dict[int, int]]:

@@ -1,9 +1,8 @@
-#include "tools/program/output_folder.h"
+#include "tools/words/making/output_folder.h"
 
 #include "index/errors.h"
 #include "index/output.h"
 #include "index/text.h"
-#include "tools/program/interruption.h"
 
 #include <algorithm>
 #include <cerrno>
@@ -50,7 +49,7 @@ void OutputFolder::makeFolder(const std::string& name) {
 }
 
 void OutputFolder::write(const std::string& name, std::string_view bytes) {
-  Output out(path_ + "/" + name, {.sync = false, .cancel = &interruptFlag()});
+  Output out(path_ + "/" + name, {.sync = false});
   out.write(bytes);
   std::error_code error;
   if (!fs::exists(fs::symlink_status(out.path(), error))) made_.push_back(out.path());

@@ -1,4 +1,4 @@
-#include "tools/commands/shared/circuit_report.h"
+#include "tools/words/making/circuit_text.h"
 
 #include "index/errors.h"
 #include "index/text.h"
@@ -15,17 +15,6 @@ namespace {
 double withThreeDecimals(double value) { return std::round(value * 1000) / 1000 + 0.0; }  // without -0
 
 }  // namespace
-
-void addCircuitArguments(CLI::App& command, CircuitOptions& circuit, bool& no_soma_links) {
-  command.add_option("--population", circuit.population, "read only this population of a circuit or of nodes.h5")
-      ->type_name("NAME");
-  command
-      .add_option("--morphologies", circuit.morphologies,
-                  "find the morphologies of nodes.h5, or of a circuit, in this folder or H5 container")
-      ->type_name("PATH");
-  command.add_flag("--no-soma-links", no_soma_links,
-                   "do not link the soma to its neurites in formats that state no such links (H5, ASC)");
-}
 
 void refuseSeveralCircuits(const std::vector<std::string>& inputs) {
   if (inputs.size() < 2) return;

@@ -1,4 +1,4 @@
-// What ingest and check say about a circuit. Functions without state.
+// What is said about a circuit that is read. Functions without state.
 #pragma once
 
 #include "index/circuits/circuit.h"
@@ -6,12 +6,8 @@
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-
 namespace filiform::tools {
 
-// Adds --population, --morphologies and --no-soma-links.
-void addCircuitArguments(CLI::App& command, CircuitOptions& circuit, bool& no_soma_links);
 // Throws UsageError if a circuit is one of several inputs.
 void refuseSeveralCircuits(const std::vector<std::string>& inputs);
 // A line a population, each with a newline.
