@@ -29,6 +29,10 @@ TEST(Version, IsStatedAlikeEverywhere) {
   EXPECT_EQ(found("tools/package/data/filiform.metainfo.xml", "<release version=\"([^\"]*)\""),
             number + (developed ? "~dev" : ""));
   EXPECT_EQ(found(".github/CHANGELOG.md", "\n## ([0-9a-z.-]*)"), number + (developed ? "-dev" : ""));
+  EXPECT_EQ(found(".github/CITATION.cff", "\nversion: (.*)"), number + (developed ? "-dev" : ""));
+  EXPECT_EQ(found("index/version.h", "VERSION_MAJOR ([0-9]+)") + "." + found("index/version.h", "VERSION_MINOR ([0-9]+)") + "." +
+                found("index/version.h", "VERSION_PATCH ([0-9]+)"),
+            number);
   EXPECT_EQ(found("README.md", "\"filiform ([0-9a-z.-]*), navigation"), number + (developed ? "-dev" : ""));
 }
 

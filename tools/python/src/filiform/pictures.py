@@ -50,7 +50,10 @@ def render(
     owner, index, bounds = scene._scene()
     box = bounds if box is None and proxy is None else box
     current = owner._handle.current()  # first: a closed set is named, also where nothing can be drawn
-    from . import _render
+    try:
+        from . import _render
+    except ImportError as error:
+        raise ImportError(f"this build of filiform draws no pictures: {error}") from None
 
     look: Any = None
     if isinstance(camera, str):
