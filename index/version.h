@@ -6,6 +6,7 @@
 // Thread rule: constants.
 #pragma once
 
+// The three parts of the version.
 #define FILIFORM_VERSION_MAJOR 0
 #define FILIFORM_VERSION_MINOR 2
 #define FILIFORM_VERSION_PATCH 0

@@ -52,7 +52,7 @@ set(CPACK_DEBIAN_PYTHON_DESCRIPTION "tile sets of neurons, Python module\n${abou
 set(CPACK_DEBIAN_WEB_DESCRIPTION "navigation through neuronal columns in a browser\n${about}\n
 This package holds the page that filiform serve shows at /travel/.")
 
-set(software_renderer "libegl1, libgl1-mesa-dri")  # opened at run time, for pictures
+set(software_renderer "libegl1, libopengl0, libgl1-mesa-dri")  # opened at run time, for pictures
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS "${software_renderer}")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS "filiform, ${software_renderer}")  # filiform: reads HDF5 files
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "filiform-lab, filiform-web, ffmpeg")

@@ -12,8 +12,7 @@ html_theme = "furo"
 html_title = f"filiform {release}"
 html_show_sphinx = False
 html_copy_source = False
-html_static_path = []
-myst_enable_extensions = ["html_image"]
+html_extra_path = [os.environ["FILIFORM_SITE_EXTRA"]]
 myst_heading_anchors = 4
 breathe_projects = {"filiform": os.environ["FILIFORM_SITE_XML"]}
 breathe_default_project = "filiform"
@@ -21,12 +20,27 @@ breathe_default_members = ("members",)
 autodoc_member_order = "bysource"
 autodoc_typehints = "description"
 napoleon_google_docstring = False
-cpp_id_attributes = ["FILIFORM_API"]
+breathe_domain_by_file_pattern = {"*/filiform.h": "c"}
 c_id_attributes = ["FILIFORM_API"]
 highlight_language = "text"
 # Breathe declares a class again where a header names it before the one that defines it; pages quote fragments of programs.
 suppress_warnings = ["duplicate_declaration.cpp", "duplicate_declaration.c", "misc.highlighting_failure", "myst.header"]
 
 
+# Napoleon takes what is before a colon in the first line of a property as its type: its work is undone.
+kept = {}
+
+
+def keep(app, what, name, thing, options, lines):
+    kept[name] = list(lines)
+
+
+def put_back(app, what, name, thing, options, lines):
+    if what == "property":
+        lines[:] = kept[name]
+
+
 def setup(app):
+    app.connect("autodoc-process-docstring", keep, priority=400)
+    app.connect("autodoc-process-docstring", put_back, priority=600)
     app.add_lexer("hex", pygments.lexers.TextLexer)

@@ -56,6 +56,7 @@ class Cell:
 
     @property
     def name(self) -> str:
+        """The name of the cell in its set."""
         return self._record[0].decode("utf-8", "surrogateescape")
 
     @property
@@ -65,10 +66,12 @@ class Cell:
 
     @property
     def samples(self) -> int:
+        """The number of samples."""
         return self._record[2]
 
     @property
     def segments(self) -> int:
+        """The number of segments."""
         return self._record[3]
 
     @property

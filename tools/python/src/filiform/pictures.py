@@ -42,7 +42,7 @@ def render(
     segments : draw at most this many; a set with levels of detail is then drawn coarser.
 
     Returns an array (height, width, 3), uint8, rows from the top. Raises ImportError without OpenGL (Debian:
-    libegl1, libgl1-mesa-dri), ValueError for a wrong option. Do not draw in a process that was forked after its
+    libegl1, libopengl0, libgl1-mesa-dri), ValueError for a wrong option. Do not draw in a process that was forked after its
     parent has drawn: OpenGL does not survive a fork.
     """
     if not hasattr(scene, "_scene"):

@@ -111,6 +111,7 @@ class Set:
 
     @property
     def closed(self) -> bool:
+        """True after `close`."""
         return self._handle.closed
 
     @property
