@@ -1,5 +1,6 @@
-// The version of the headers, as numbers. What a consumer links against says its own: filiform_version() of filiform.h, or
-// `filiform --version`. Before 1.0, a new minor version may change what the public headers declare; a new patch may not.
+// The version of the headers, as numbers. What a consumer links against says its own: filiform_version() of filiform.h,
+// or `filiform --version`. Before 1.0, a new minor version may change what the public headers declare; a new patch may
+// not.
 //
 //   #if FILIFORM_VERSION_NUMBER >= 200  // 0.2.0
 //

@@ -93,7 +93,8 @@ std::shared_ptr<const Nearest> searchOf(const std::shared_ptr<const OpenSet>& op
       throw py::value_error(std::string(error.what()).substr(std::string_view("--").size()));
     }
   if (cells && parts.met)
-    std::erase_if(*parts.met, [&cells = cells](std::uint32_t c) { return !std::binary_search(cells->begin(), cells->end(), c); });
+    std::erase_if(*parts.met,
+                  [&cells = cells](std::uint32_t c) { return !std::binary_search(cells->begin(), cells->end(), c); });
   else if (cells)
     parts.met = cells;
   const SegmentFilter filter = tools::filterOf(open->set().cell_count(), std::move(parts));
