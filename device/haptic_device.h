@@ -39,6 +39,7 @@ class UnknownDevice : public DeviceError {
   std::vector<std::string> known_;
 };
 
+// Whether a device can be used; toString() gives the enumerator's name.
 enum class DeviceStatus : std::uint8_t { closed, booting, homing, ready, fault };
 const char* toString(DeviceStatus status);
 

@@ -12,17 +12,20 @@
 
 namespace filiform {
 
+// The type of a column of attributes.
 enum class AttributeType : std::uint8_t { text, integer, real };
 std::string_view name(AttributeType type);  // "text", "integer", "real"
 
 // monostate: the cell has no value. A real is never NaN.
 using AttributeValue = std::variant<std::monostate, std::string, std::int64_t, double>;
 
+// One attribute of a cell.
 struct CellAttribute {
   std::string name;
   AttributeValue value;
 };
 
+// True if the cell has no value.
 inline bool isMissing(const AttributeValue& value) { return value.index() == 0; }
 // The type of a value that is not missing.
 AttributeType typeOf(const AttributeValue& value);

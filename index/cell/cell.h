@@ -17,6 +17,7 @@
 
 namespace filiform {
 
+// The parent of a root, and the radius of a sample whose file states none.
 inline constexpr std::uint32_t kNoParent = UINT32_MAX;
 inline constexpr float kUnknownRadius = std::numeric_limits<float>::quiet_NaN();
 

@@ -23,6 +23,7 @@
 
 namespace filiform {
 
+// What a search for contacts found.
 struct ContactCounts {
   std::uint64_t pairs = 0, sites = 0;
   std::uint64_t unknown_radii = 0;  // pairs with a sample of unknown radius; only with `surface`

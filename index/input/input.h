@@ -132,6 +132,7 @@ class Input : public CellStream {
   std::unique_ptr<State> state_;
 };
 
+// Sums over the rows of a report.
 struct InputTotals {
   std::uint64_t accepted = 0, warned = 0, skipped = 0, refused = 0;  // inputs, by InputFate
   std::map<std::string, std::uint64_t> passed_over;                  // files that are no inputs, by countedEnding()

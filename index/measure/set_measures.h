@@ -10,6 +10,7 @@
 
 namespace filiform {
 
+// How the cells of a set are measured.
 struct SetMeasureOptions {
   MeasureOptions measures;
   unsigned threads = 1;

@@ -27,7 +27,9 @@ struct CellPlace {
   std::uint32_t child = 0, parent = 0;  // ranks of samples; equal for an isolated sample
 };
 
+// A way along a cell.
 struct CellPath {
+  // A place on the way.
   struct Point {
     Vector3d p_W;                         // um
     double along_um;                      // from the first point; never decreases

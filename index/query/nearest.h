@@ -80,6 +80,7 @@ struct BoxPlace {
   std::uint32_t tile = 0, hit = 0;
 };
 
+// A part of what lies in a box, and where the next part begins.
 struct BoxPart {
   std::vector<NearestResult> results;
   std::optional<BoxPlace> next;  // nullopt: the box has no more

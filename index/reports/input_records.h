@@ -19,10 +19,12 @@ namespace filiform {
 
 enum class InputCode : std::uint8_t;
 
+// What a record says was done.
 enum class Effect : std::uint8_t { kRemark, kLineDropped, kLinkCut, kInputRefused };
 // What was done: "kept", "dropped", "cut"; "left_out" for a whole input.
 std::string_view name(Effect effect);
 
+// One remark on an input, or one thing that was dropped or cut.
 struct InputRecord {
   std::uint64_t line = 0;  // from 1; 0: no particular line
   InputCode code{};
@@ -84,6 +86,7 @@ class InputRecords {
   std::array<std::uint64_t, 4> counts_{};
 };
 
+// Walks the records by line. A single-pass input iterator.
 class InputRecords::Iterator {
  public:
   using iterator_concept = std::input_iterator_tag;

@@ -113,6 +113,7 @@ class CodeCounts {
   std::vector<std::pair<InputCode, std::uint64_t>> counts_;
 };
 
+// What the header of an SWC file states.
 struct SwcHeader {
   std::optional<Vector3d> scale;   // of a `# SCALE` line; never applied
   std::optional<Vector3d> offset;  // last `# OFFSET` line, in the file's unit; applied only with apply_offset

@@ -7,6 +7,7 @@
 
 namespace filiform {
 
+// Where a tile is on its way into memory and out of it.
 enum class TileState : std::uint8_t { absent, queued, reading, ready, resident, retiring, failed };
 
 // How tiles are predicted: not at all, by distance, or along the neurite (prefetch.h).

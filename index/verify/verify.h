@@ -12,6 +12,7 @@
 
 namespace filiform {
 
+// What verify() found.
 struct VerifyReport {
   // One line a problem, with file, offset and tile if they apply. After kMaxProblems lines, problems are only counted.
   static constexpr std::size_t kMaxProblems = 100;
@@ -21,6 +22,7 @@ struct VerifyReport {
   bool sound() const { return problem_count == 0; }
 };
 
+// What verify() checks.
 struct VerifyOptions {
   // Also check the content: every segment owned once, every node's home complete, ghosts complete and none unnecessary;
   // boxes, counts and cells in agreement with the segments; landmarks within their radius. Reads each tile twice. Takes

@@ -18,6 +18,7 @@
 
 namespace filiform {
 
+// The spring between proxy and hand, and the limits of its force.
 struct ForceLawOptions {
   double stiffness_N_m = 200;  // K > 0; safe up to twice the hand's own stiffness; 50 suits a light touch
   double damping_Ns_m = 0;     // B >= 0; adds the noise of the device's velocity to the force

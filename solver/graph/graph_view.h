@@ -25,6 +25,7 @@ class GraphView {
   const LeafIndex& leaves() const noexcept { return *leaves_; }
   const Grid& grid() const noexcept { return grid_; }
 
+  // A node in its home tile.
   struct HomeNode {
     TileId home = kNoTile;       // kNoTile: no tile is the home of this node; only in a damaged set
     const Tile* tile = nullptr;  // the home tile; nullptr: not in memory
@@ -44,6 +45,7 @@ class GraphView {
   // For a known home.
   HomeNode nodeIn(TileId home, NodeId id) const noexcept;
 
+  // A segment in one of the tiles in memory.
   struct SegmentRef {
     const Tile* tile = nullptr;  // nullptr: the tile is absent or does not store the segment
     std::uint32_t segment = 0;   // index in `tile`

@@ -17,6 +17,7 @@ namespace filiform {
 
 class GraphView;
 
+// The methods that compute the proxy; solver/README.md describes them.
 enum class SolverMethod : std::uint8_t { basic, shading, force, force_listing, climb };
 inline constexpr SolverMethod kSolverMethods[] = {SolverMethod::basic, SolverMethod::shading, SolverMethod::force,
                                                   SolverMethod::force_listing, SolverMethod::climb};
@@ -38,6 +39,7 @@ struct ClimbParameters {
   double motion_cost = 1.5;
 };
 
+// Limits of a solver, and the parameters of each method.
 struct SolverParameters {
   std::uint32_t max_visited = 2048;  // segments a tick; basic and force-based continue in the next tick
   std::uint32_t pool_nodes = 4096;   // decoded nodes that are kept, 0.4 KB each; changes speed and memory, no result
@@ -76,6 +78,7 @@ struct TileList {
   }
 };
 
+// What one tick of a solver did.
 struct SolverStep {
   std::uint32_t visited = 0;    // segments tested; climb counts eight segments in a row as one, see bounded_climb.h
   bool capped = false;          // stopped at max_visited or at a full table: the place is the best so far

@@ -27,8 +27,10 @@ namespace filiform {
 
 class GraphView;
 
+// When the spring pulls to an anchor; see NavigationOptions::anchor_use.
 enum class AnchorUse : std::uint8_t { by_method, never, always };
 
+// How a hand travels: force, workspace, buttons.
 struct NavigationOptions {
   ForceLawOptions force;
   WorkspaceOptions workspace;
@@ -55,6 +57,7 @@ struct NavigationOptions {
   ButtonMap buttons{ButtonAction::toggle_mode, ButtonAction::centre, ButtonAction::zoom_in, ButtonAction::zoom_out};
 };
 
+// What one tick gives.
 struct NavigationTick {
   Wrench wrench;                                            // to be commanded now
   Vector3d h_W = Vector3d::Zero();                          // probe, um

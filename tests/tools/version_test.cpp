@@ -29,6 +29,12 @@ TEST(Version, IsStatedAlikeEverywhere) {
   EXPECT_EQ(found("tools/package/data/filiform.metainfo.xml", "<release version=\"([^\"]*)\""),
             number + (developed ? "~dev" : ""));
   EXPECT_EQ(found(".github/CHANGELOG.md", "\n## ([0-9a-z.-]*)"), number + (developed ? "-dev" : ""));
+  EXPECT_EQ(found(".github/CITATION.cff", "\nversion: (.*)"), number + (developed ? "-dev" : ""));
+  for (const char* header : {"index/version.h", "tools/c/filiform.h"})
+    EXPECT_EQ(found(header, "VERSION_MAJOR ([0-9]+)") + "." + found(header, "VERSION_MINOR ([0-9]+)") + "." +
+                  found(header, "VERSION_PATCH ([0-9]+)"),
+              number)
+        << header;
   EXPECT_EQ(found("README.md", "\"filiform ([0-9a-z.-]*), navigation"), number + (developed ? "-dev" : ""));
 }
 

@@ -53,6 +53,16 @@
 extern "C" {
 #endif
 
+/* The version of this header, as <filiform/index/version.h> has it; filiform_version() is that of the library. */
+#ifndef FILIFORM_VERSION_MAJOR
+#define FILIFORM_VERSION_MAJOR 0
+#define FILIFORM_VERSION_MINOR 2
+#define FILIFORM_VERSION_PATCH 0
+/* For comparisons: major * 10000 + minor * 100 + patch. */
+#define FILIFORM_VERSION_NUMBER (FILIFORM_VERSION_MAJOR * 10000 + FILIFORM_VERSION_MINOR * 100 + FILIFORM_VERSION_PATCH)
+#endif
+
+/* Marks what the library exports. */
 #if defined(__GNUC__)
 #define FILIFORM_API __attribute__((visibility("default")))
 #else
@@ -102,6 +112,7 @@ FILIFORM_API void filiform_free(void* array);
 
 typedef struct filiform_set filiform_set;
 
+/* How filiform_open() opens a set. */
 typedef struct filiform_open_options {
   uint32_t struct_size;
   uint32_t reserved;
@@ -120,6 +131,7 @@ FILIFORM_API int filiform_open(const char* name, const filiform_open_options* op
 /* Closes a set. FILIFORM_USAGE if it is closed already. Cells and travels that were opened from it stay valid. */
 FILIFORM_API int filiform_close(filiform_set* set);
 
+/* What a set holds. */
 typedef struct filiform_info {
   uint32_t struct_size;
   uint32_t capacity; /* segments a tile, at most */
@@ -153,6 +165,7 @@ typedef struct filiform_hit {
   uint32_t tiles_read;
 } filiform_hit;
 
+/* What filiform_nearest() looks for. */
 typedef struct filiform_query {
   uint32_t struct_size;
   uint32_t k;             /* results for each point; 0: 1 */
@@ -185,6 +198,7 @@ FILIFORM_API int filiform_within(filiform_set* set, const double point_um[3], do
 FILIFORM_API int filiform_box(filiform_set* set, const double lo_um[3], const double hi_um[3], filiform_hit** hits,
                               size_t* count);
 
+/* What filiform_ray() looks for. */
 typedef struct filiform_ray_query {
   uint32_t struct_size;
   uint32_t most;       /* number of results; 0: all */
@@ -352,6 +366,7 @@ FILIFORM_API int filiform_cell_distances(filiform_cell* cell, filiform_place fro
 FILIFORM_API int filiform_cell_farthest_tip(filiform_cell* cell, filiform_place from, filiform_place* tip,
                                             uint32_t* rank, double* length_um);
 
+/* A place on a path. */
 typedef struct filiform_path_point {
   double point_um[3];
   double along_um;   /* from the first point */
@@ -371,6 +386,7 @@ FILIFORM_API int filiform_cell_path(filiform_cell* cell, filiform_place from, fi
  * it is unknown. Any value except 0 cancels: an existing set stays as it was. */
 typedef int (*filiform_progress)(void* user, const char* phase, uint64_t done, uint64_t total);
 
+/* How filiform_ingest() reads files and writes a set. */
 typedef struct filiform_ingest_options {
   uint32_t struct_size;
   uint32_t threads;           /* 0: one a processor */
@@ -397,6 +413,7 @@ typedef struct filiform_ingest_options {
   uint32_t remove_gone;     /* not 0: with sync, remove the cells that are gone */
 } filiform_ingest_options;
 
+/* What filiform_ingest() wrote and read. */
 typedef struct filiform_ingest_result {
   uint32_t struct_size;
   uint32_t reserved;
@@ -419,6 +436,7 @@ FILIFORM_API int filiform_ingest(const char* const* inputs, size_t count, const 
  * it. */
 typedef struct filiform_travel filiform_travel;
 
+/* How a hand travels. */
 typedef struct filiform_travel_options {
   uint32_t struct_size;
   uint32_t realtime;     /* 0: a tick reads the tiles that it needs. Not 0: threads read tiles; a tick never waits */
@@ -443,6 +461,7 @@ FILIFORM_API int filiform_travel_jump(filiform_travel* travel, uint32_t cell, fi
 /* The same to the place that is nearest to a point. FILIFORM_USAGE: a set without segments. */
 FILIFORM_API int filiform_travel_jump_to(filiform_travel* travel, const double point_um[3]);
 
+/* What filiform_travel_tick() gives. */
 typedef struct filiform_tick {
   uint32_t struct_size;
   uint32_t frontier;      /* 1: a tile is missing; the proxy rests at its border */
@@ -470,6 +489,7 @@ FILIFORM_API int filiform_travel_zoom(filiform_travel* travel, double factor);
 FILIFORM_API int filiform_travel_rotate(filiform_travel* travel, double about_x_rad, double about_y_rad);
 FILIFORM_API int filiform_travel_centre(filiform_travel* travel);
 
+/* What a travel has read since it began. */
 typedef struct filiform_residency {
   uint32_t struct_size;
   uint32_t reserved;
@@ -499,6 +519,7 @@ typedef struct filiform_run_tick {
  * outcome FILIFORM_STOPPED. */
 typedef int (*filiform_run_callback)(void* user, const filiform_run_tick* tick);
 
+/* What filiform_navigate() simulates. */
 typedef struct filiform_run_options {
   uint32_t struct_size;
   uint32_t cell;                 /* id; used if has_cell is not 0 */
@@ -520,6 +541,7 @@ typedef struct filiform_run_options {
   void* user;                    /* passed to on_tick */
 } filiform_run_options;
 
+/* How a run ended. */
 typedef enum filiform_outcome {
   FILIFORM_COMPLETED = 0, /* the proxy came to the end of the route */
   FILIFORM_STUCK = 1,     /* the simulated person gave up */
@@ -527,6 +549,7 @@ typedef enum filiform_outcome {
   FILIFORM_STOPPED = 3 /* by the callback */
 } filiform_outcome;
 
+/* What a run measured. */
 typedef struct filiform_run_summary {
   uint32_t struct_size;
   uint32_t outcome; /* a filiform_outcome */

@@ -1,18 +1,9 @@
 # The Debian packages, one a component, made by CPack. tools/package/README.md lists what each holds.
 set(data "${CMAKE_CURRENT_LIST_DIR}/data")
-find_package(Python3 REQUIRED COMPONENTS Interpreter)
+if(NOT TARGET filiform_described OR NOT TARGET filiform-lab)
+  message(FATAL_ERROR "The Debian packages need Python 3, which writes the man pages, and filiform-lab")
+endif()
 
-# Man pages and completion come from the description that the programs give of themselves.
-set(described "${PROJECT_BINARY_DIR}/described")
-add_custom_command(OUTPUT "${described}/done"
-  COMMAND "${CMAKE_COMMAND}" -E rm -rf "${described}"
-  COMMAND Python3::Interpreter "${CMAKE_CURRENT_LIST_DIR}/describe" "$<TARGET_FILE:filiform>" "${described}"
-  COMMAND "${CMAKE_COMMAND}" -E touch "${described}/done"
-  DEPENDS filiform filiform-lab "${CMAKE_CURRENT_LIST_DIR}/describe" VERBATIM)
-add_custom_target(filiform_described ALL DEPENDS "${described}/done")
-
-install(DIRECTORY "${described}/filiform/" DESTINATION "${CMAKE_INSTALL_DATADIR}" COMPONENT program)
-install(DIRECTORY "${described}/filiform-lab/" DESTINATION "${CMAKE_INSTALL_DATADIR}" COMPONENT lab)
 install(FILES "${data}/filiform.desktop" DESTINATION "${CMAKE_INSTALL_DATADIR}/applications" COMPONENT program)
 install(FILES "${data}/filiform.svg" DESTINATION "${CMAKE_INSTALL_DATADIR}/icons/hicolor/scalable/apps" COMPONENT program)
 install(FILES "${data}/filiform.metainfo.xml" DESTINATION "${CMAKE_INSTALL_DATADIR}/metainfo" COMPONENT program)
@@ -61,7 +52,7 @@ set(CPACK_DEBIAN_PYTHON_DESCRIPTION "tile sets of neurons, Python module\n${abou
 set(CPACK_DEBIAN_WEB_DESCRIPTION "navigation through neuronal columns in a browser\n${about}\n
 This package holds the page that filiform serve shows at /travel/.")
 
-set(software_renderer "libegl1, libgl1-mesa-dri")  # opened at run time, for pictures
+set(software_renderer "libegl1, libopengl0, libgl1-mesa-dri")  # opened at run time, for pictures
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS "${software_renderer}")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS "filiform, ${software_renderer}")  # filiform: reads HDF5 files
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "filiform-lab, filiform-web, ffmpeg")

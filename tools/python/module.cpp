@@ -1,7 +1,28 @@
 // The module filiform._core: the rooms index and solver for Python. The package filiform documents it.
 #include "tools/python/internal/bindings.h"
 
+#include <string>
+
+namespace {
+
+namespace py = pybind11;
+
+// One line, before the arrays of pybind11 fail on NumPy with a text that names nothing.
+void requireNumpy() {
+  std::string version;
+  try {
+    version = py::str(py::module_::import("numpy").attr("__version__"));
+  } catch (const py::error_already_set&) {
+    throw py::import_error("filiform needs NumPy, which is not installed: pip install \"numpy<2\"");
+  }
+  if (std::stoi(version) >= 2 && PYBIND11_VERSION_HEX < 0x020C0000)
+    throw py::import_error("this build of filiform needs NumPy 1, and NumPy " + version + " is installed: pip install \"numpy<2\"");
+}
+
+}  // namespace
+
 PYBIND11_MODULE(_core, module) {
+  requireNumpy();
   module.doc() = "The compiled part of filiform. Use the package filiform.";
   module.attr("version") = FILIFORM_VERSION;
   filiform::python::addErrors(module);

@@ -96,7 +96,8 @@ std::shared_ptr<const Nearest> searchOf(const std::shared_ptr<const OpenSet>& op
   if (!types.empty()) parts.types = tools::parseSegmentTypes(types, ',', "type");
   if (!where.empty()) parts.met = cellsMeeting(*open, where);
   if (cells && parts.met)
-    std::erase_if(*parts.met, [&](std::uint32_t c) { return !std::binary_search(cells->begin(), cells->end(), c); });
+    std::erase_if(*parts.met,
+                  [&cells = cells](std::uint32_t c) { return !std::binary_search(cells->begin(), cells->end(), c); });
   else if (cells)
     parts.met = cells;
   const SegmentFilter filter = tools::filterOf(open->set().cell_count(), std::move(parts));

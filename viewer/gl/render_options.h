@@ -8,6 +8,7 @@
 
 namespace filiform {
 
+// What a batch is drawn as.
 enum class Layer : std::uint8_t {
   neurites,
   highlight,  // neurites of a highlighted cell: at least 2 pixels thick, without fog, dimming and fading, and faintly
@@ -15,6 +16,7 @@ enum class Layer : std::uint8_t {
   overlays,   // glyph, proxy, workspace: without fog and fading, and faintly visible through nearer neurites
 };
 
+// How a picture looks.
 struct RenderOptions {
   PictureSize size{};
   StereoMode stereo = StereoMode::mono;
@@ -32,6 +34,7 @@ struct RenderOptions {
   double shade_um = 0;
 };
 
+// What was drawn in one picture.
 struct RenderFigures {
   std::uint64_t lines = 0, cones = 0;  // segments drawn for one eye; ribbons count as lines
   std::uint32_t batches = 0, culled = 0;

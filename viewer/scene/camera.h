@@ -27,6 +27,7 @@ struct EyeView {
   Vector3d toView(const Vector3d& p_W) const { return rotation_VW * (p_W - eye_W); }
 };
 
+// The size of a picture, pixels.
 struct PictureSize {
   int width = 1280, height = 800;
   double aspect() const { return static_cast<double>(width) / height; }

@@ -13,8 +13,13 @@
 
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
+#if __has_include(<backends/imgui_impl_glfw.h>)
 #include <backends/imgui_impl_glfw.h>
 #include <backends/imgui_impl_opengl3.h>
+#else  // beside imgui.h, as vcpkg and Conan install them
+#include <imgui_impl_glfw.h>
+#include <imgui_impl_opengl3.h>
+#endif
 #include <imgui.h>
 
 namespace filiform {

@@ -22,7 +22,8 @@ void removeInside(Neurites& neurites, std::span<const SomaRoot> somata, const Gr
       const NeuritePoint* end = neurites.points.data() + path.begin + k;
       const NeuritePoint* start = path.isBall() ? end : end - 1;
       if (end->type != kSomaType) continue;
-      const auto [first, last] = std::ranges::equal_range(somata, path.cell, {}, &SomaRoot::cell);
+      const auto first = std::ranges::lower_bound(somata, path.cell, {}, &SomaRoot::cell);
+      const auto last = std::ranges::upper_bound(somata, path.cell, {}, &SomaRoot::cell);
       const bool inside = std::any_of(first, last, [&](const SomaRoot& soma) {
         const double reach = kBallMargin * static_cast<double>(soma.radius_um) / grid.quantum_um();
         return soma.radius_um <= kThickestBall_um && (end->p - soma.p).cast<double>().norm() <= reach &&

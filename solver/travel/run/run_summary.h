@@ -13,6 +13,7 @@
 
 namespace filiform {
 
+// How a run ended.
 enum class RunOutcome {
   completed,    // the proxy came within arrive_m (PersonParameters) of the tip; or the time of a tour is over
   stuck,        // before the tip, the simulated person gave up, or the replayed recording ended

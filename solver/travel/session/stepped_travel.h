@@ -24,6 +24,7 @@
 
 namespace filiform {
 
+// How the hand travels, and how tiles are read.
 struct SteppedTravelOptions {
   bool realtime = false;
   SolverMethod method = SolverMethod::climb;

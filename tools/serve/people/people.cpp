@@ -141,7 +141,7 @@ People readPeople(const std::string& path) {
   for (const auto& [key, node] : file.tables()) {
     if (key == "token" || key == "user") {
       const bool has_token = key == "token";
-      file.eachOf(std::string(key.str()), node, [&](const toml::node& one) {
+      file.eachOf(std::string(key.str()), node, [&, &key = key](const toml::node& one) {
         if (!one.is_table()) file.refuse(one, "give a table: [[" + std::string(key.str()) + "]]");
         PersonEntry entry = entryOf(file, *one.as_table(), has_token, true);
         try {

@@ -31,7 +31,9 @@ StoredCells::StoredCells(std::vector<const TileSet*> sets, const std::vector<boo
 TakenCell StoredCells::cell(std::uint32_t id) const {
   const TileSet& set = *sets_[order_[id].set];
   const std::uint32_t cell = order_[id].cell;
-  const auto [begin, end] = std::ranges::equal_range(somata_[order_[id].set], cell, {}, &SomaRoot::cell);
+  const std::vector<SomaRoot>& somata = somata_[order_[id].set];
+  const auto begin = std::ranges::lower_bound(somata, cell, {}, &SomaRoot::cell);
+  const auto end = std::ranges::upper_bound(somata, cell, {}, &SomaRoot::cell);
   TakenCell taken{set.cell(cell),
                   set.cellDigest(cell),
                   withTiles(set.encodedDetail(cell), [](std::vector<TileId>& tiles) { tiles.clear(); }),

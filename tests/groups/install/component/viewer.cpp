@@ -1,5 +1,5 @@
+#include <filiform/viewer/gl/graphics_context.h>
 #include <filiform/viewer/scene/camera.h>
-#include <filiform/viewer/window/window.h>
 
 #include <iostream>
 
@@ -8,11 +8,6 @@ int main() {
   std::cout << "looks at " << camera.focus_W().transpose() << '\n';
   try {
     std::cout << filiform::makeOffscreenContext()->description() << '\n';
-  } catch (const filiform::GraphicsError& error) {
-    std::cout << error.what() << '\n';
-  }
-  try {
-    const filiform::Window window("filiform", {64, 64});
   } catch (const filiform::GraphicsError& error) {
     std::cout << error.what() << '\n';
   }

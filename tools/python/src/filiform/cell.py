@@ -39,8 +39,11 @@ class Cell:
 
     @property
     def name(self) -> str:
-        """>>> c.name
-'L5_1'"""
+        """The name of the cell in its set.
+
+        >>> c.name
+        'L5_1'
+        """
         return self._record[0].decode("utf-8", "surrogateescape")
 
     @property
@@ -54,14 +57,20 @@ class Cell:
 
     @property
     def samples(self) -> int:
-        """>>> c.samples
-5"""
+        """The number of samples.
+
+        >>> c.samples
+        5
+        """
         return self._record[2]
 
     @property
     def segments(self) -> int:
-        """>>> c.segments
-4"""
+        """The number of segments.
+
+        >>> c.segments
+        4
+        """
         return self._record[3]
 
     @property

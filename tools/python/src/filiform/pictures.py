@@ -42,7 +42,7 @@ def render(
     segments : draw at most this many; a set with levels of detail is then drawn coarser.
 
     Returns an array (height, width, 3), uint8, rows from the top. Raises ImportError without OpenGL (Debian:
-    libegl1, libgl1-mesa-dri), ValueError for a wrong option. Do not draw in a process that was forked after its
+    libegl1, libopengl0, libgl1-mesa-dri), ValueError for a wrong option. Do not draw in a process that was forked after its
     parent has drawn: OpenGL does not survive a fork.
 
     >>> ff.render(s, size=(64, 48)).shape
@@ -53,7 +53,10 @@ def render(
     owner, index, bounds = scene._scene()
     box = bounds if box is None and proxy is None else box
     current = owner._handle.current()  # first: a closed set is named, also where nothing can be drawn
-    from . import _render
+    try:
+        from . import _render
+    except ImportError as error:
+        raise ImportError(f"this build of filiform draws no pictures: {error}") from None
 
     look: Any = None
     if isinstance(camera, str):

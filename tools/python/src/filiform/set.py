@@ -106,8 +106,11 @@ class Set:
 
     @property
     def closed(self) -> bool:
-        """>>> s.closed
-False"""
+        """True after `close`.
+
+        >>> s.closed
+        False
+        """
         return self._handle.closed
 
     @property
