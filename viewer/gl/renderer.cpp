@@ -57,16 +57,20 @@ std::string withDefinitions(std::string text, std::initializer_list<std::pair<co
   return text.insert(text.find('\n') + 1, defined);
 }
 
-// Appends rows of the bound framebuffer, the top one first. OpenGL counts rows from the bottom. Reads four bytes a
+// Reads rows of the bound framebuffer, the lowest first: to memory, or into the bound buffer of the card. Four bytes a
 // pixel: every OpenGL can do that.
-void appendRows(Picture& picture, int lowest, int rows) {
-  const auto row = static_cast<std::size_t>(picture.width) * 4, count = static_cast<std::size_t>(rows);
-  std::vector<std::uint8_t> upside_down(row * count);
+void readRows(int width, int lowest, int rows, std::uint8_t* to) {
   glPixelStorei(GL_PACK_ALIGNMENT, 1);
-  glReadPixels(0, lowest, picture.width, rows, GL_RGBA, GL_UNSIGNED_BYTE, upside_down.data());
-  for (std::size_t y = count; y-- > 0;)
-    for (std::size_t at = y * row; at < (y + 1) * row; at += 4)
-      picture.rgb.insert(picture.rgb.end(), &upside_down[at], &upside_down[at] + 3);
+  glReadPixels(0, lowest, width, rows, GL_RGBA, GL_UNSIGNED_BYTE, to);
+}
+
+std::size_t bytesOfRows(int width, int rows) { return std::size_t{4} * static_cast<unsigned>(width * rows); }
+
+// Appends such rows to a picture, whose rows begin at the top.
+void appendRows(Picture& picture, const std::vector<std::uint8_t>& rows) {
+  const std::size_t row = bytesOfRows(picture.width, 1);
+  for (std::size_t end = rows.size(); end > 0; end -= row)
+    for (std::size_t at = end - row; at < end; at += 4) picture.rgb.insert(picture.rgb.end(), &rows[at], &rows[at] + 3);
 }
 
 // Waits until what was drawn into the bound framebuffer is drawn. The driver draws later than the calls return, and
@@ -151,6 +155,8 @@ struct Renderer::Impl {
   bool has_base_instance = false;  // a piece then needs no pointers of its own
   std::uint64_t bytes = 0;
   Job job;
+  GLuint rows_read = 0;    // a buffer of the card, for readMore()
+  int rows_under_way = 0;  // into it
 
   const Target& whole() const { return wholes[last]; }
   void remove(BatchId id);
@@ -178,6 +184,7 @@ Renderer::~Renderer() {
   glUseProgram(0);  // a deleted program would be restored by whoever draws next with another one
   while (!impl_->batches.empty()) impl_->remove(impl_->batches.begin()->first);
   glDeleteVertexArrays(1, &impl_->nothing);
+  glDeleteBuffers(1, &impl_->rows_read);
 }
 
 void Renderer::Impl::remove(BatchId id) {
@@ -488,20 +495,34 @@ bool Renderer::readMore(Picture& picture, int most_rows) const {
   const PictureSize& size = impl_->whole().size();
   const std::size_t row = static_cast<std::size_t>(size.width) * 3;
   if (size.width == 0) return true;
-  if (picture.rgb.empty()) {
+  if (picture.rgb.empty() && picture.width == 0) {
     picture = {size.width, size.height, {}};
     picture.rgb.reserve(row * static_cast<std::size_t>(size.height));
+    impl_->rows_under_way = 0;
   }
-  const int done = static_cast<int>(picture.rgb.size() / row), rows = std::min(most_rows, size.height - done);
-  impl_->whole().bind();
-  appendRows(picture, size.height - done - rows, rows);
-  return done + rows == size.height;
+  std::vector<std::uint8_t> rows(bytesOfRows(size.width, impl_->rows_under_way));
+  if (impl_->rows_read == 0) glGenBuffers(1, &impl_->rows_read);
+  glBindBuffer(GL_PIXEL_PACK_BUFFER, impl_->rows_read);
+  if (!rows.empty()) glGetBufferSubData(GL_PIXEL_PACK_BUFFER, 0, static_cast<GLsizeiptr>(rows.size()), rows.data());
+  appendRows(picture, rows);
+  const int left = size.height - static_cast<int>(picture.rgb.size() / row);
+  impl_->rows_under_way = std::min(most_rows, left);
+  if (left > 0) {
+    const std::size_t bytes = bytesOfRows(size.width, impl_->rows_under_way);
+    glBufferData(GL_PIXEL_PACK_BUFFER, static_cast<GLsizeiptr>(bytes), nullptr, GL_STREAM_READ);
+    impl_->whole().bind();
+    readRows(size.width, left - impl_->rows_under_way, impl_->rows_under_way, nullptr);
+  }
+  glBindBuffer(GL_PIXEL_PACK_BUFFER, 0);
+  return left == 0;
 }
 
 Picture Renderer::readWindow(const PictureSize& window) {
   Picture picture{window.width, window.height, {}};
+  std::vector<std::uint8_t> rows(bytesOfRows(window.width, window.height));
   glBindFramebuffer(GL_FRAMEBUFFER, 0);
-  appendRows(picture, 0, window.height);
+  readRows(window.width, 0, window.height, rows.data());
+  appendRows(picture, rows);
   return picture;
 }
 

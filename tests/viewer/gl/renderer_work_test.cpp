@@ -184,7 +184,7 @@ TEST_F(Renderers, APictureDrawnInPartsIsTheOneDrawnAtOnce) {
     int reads = 1;
     for (; !renderer_.readMore(picture, 30); ++reads) {
     }
-    EXPECT_EQ(reads, 7);
+    EXPECT_EQ(reads, 8);
     EXPECT_EQ(picture.rgb, at_once.rgb) << toString(stereo);
   }
 }
