@@ -13,6 +13,9 @@
 
 namespace filiform {
 
+// Of cells that are not selected: near the ground.
+constexpr Rgba unchosenOn(Theme theme) { return theme == Theme::light ? Rgba{205, 208, 214} : Rgba{58, 62, 70}; }
+
 struct CellColours {
   struct Entry {
     std::string value;  // of the attribute, as text; kWithoutValueText for cells without one; a range for a ramp
@@ -28,9 +31,7 @@ struct CellColours {
 };
 
 inline constexpr const char* kWithoutValueText = "(none)";  // in the legend; such cells are grey
-// Of cells that are not selected: near the ground.
-constexpr Rgba unchosenOn(Theme theme) { return theme == Theme::light ? Rgba{205, 208, 214} : Rgba{58, 62, 70}; }
-inline constexpr std::size_t kMostNumberValues = 12;  // more numbers than these share the steps of the ramp
+inline constexpr std::size_t kMostNumberValues = 12;        // more numbers than these share the steps of the ramp
 
 // A number of each cell, by id. NaN: missing.
 struct CellValues {
