@@ -65,7 +65,7 @@ struct RenderArguments {
 std::shared_ptr<const CellColours> cellColoursOf(const TileStore& store, const TileSet* set, const Colouring& colouring,
                                                  const RenderArguments& a) {
   if (colouring.kind && a.where.empty()) return nullptr;
-  CellSelection selection;
+  CellSelection selection{.theme = themeOf(a.theme)};
   std::unique_ptr<CellAttributes> attributes;
   if (set != nullptr) {
     attributes = std::make_unique<CellAttributes>(*set);

@@ -29,7 +29,8 @@ void drawLegend(Picture& picture, const CellColours& colours) {
     const bool value = i > 0 && i <= shown;
     if (value) {
       const CellColours::Entry& entry = colours.legend[i - 1];
-      canvas.fill(rim + capital, base - capital, rim + 2 * capital, base, entry.chosen ? entry.colour : kUnchosenCell);
+      canvas.fill(rim + capital, base - capital, rim + 2 * capital, base,
+                  entry.chosen ? entry.colour : colours.unchosen);
     }
     canvas.text(lines[i], {rim + (value ? 2.8 : 1) * capital, base}, capital, kLetters);
   }

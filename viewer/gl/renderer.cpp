@@ -57,16 +57,20 @@ std::string withDefinitions(std::string text, std::initializer_list<std::pair<co
   return text.insert(text.find('\n') + 1, defined);
 }
 
-// Appends rows of the bound framebuffer, the top one first. OpenGL counts rows from the bottom. Reads four bytes a
+// Reads rows of the bound framebuffer, the lowest first: to memory, or into the bound buffer of the card. Four bytes a
 // pixel: every OpenGL can do that.
-void appendRows(Picture& picture, int lowest, int rows) {
-  const auto row = static_cast<std::size_t>(picture.width) * 4, count = static_cast<std::size_t>(rows);
-  std::vector<std::uint8_t> upside_down(row * count);
+void readRows(int width, int lowest, int rows, std::uint8_t* to) {
   glPixelStorei(GL_PACK_ALIGNMENT, 1);
-  glReadPixels(0, lowest, picture.width, rows, GL_RGBA, GL_UNSIGNED_BYTE, upside_down.data());
-  for (std::size_t y = count; y-- > 0;)
-    for (std::size_t at = y * row; at < (y + 1) * row; at += 4)
-      picture.rgb.insert(picture.rgb.end(), &upside_down[at], &upside_down[at] + 3);
+  glReadPixels(0, lowest, width, rows, GL_RGBA, GL_UNSIGNED_BYTE, to);
+}
+
+std::size_t bytesOfRows(int width, int rows) { return std::size_t{4} * static_cast<unsigned>(width * rows); }
+
+// Appends such rows to a picture, whose rows begin at the top.
+void appendRows(Picture& picture, const std::vector<std::uint8_t>& rows) {
+  const std::size_t row = bytesOfRows(picture.width, 1);
+  for (std::size_t end = rows.size(); end > 0; end -= row)
+    for (std::size_t at = end - row; at < end; at += 4) picture.rgb.insert(picture.rgb.end(), &rows[at], &rows[at] + 3);
 }
 
 // Waits until what was drawn into the bound framebuffer is drawn. The driver draws later than the calls return, and
@@ -77,9 +81,39 @@ void waitForPixel() {
 }
 
 // Segments between the first two looks at the clock: a thick cone may cover the whole picture.
-constexpr std::size_t kFirstGroup = 16;
+constexpr std::size_t kFirstGroup = 1;
 // Rows of the picture that one step composes.
 constexpr int kRows = 64;
+
+enum class Shape : std::uint8_t { line, cone, ball };
+std::pair<const char*, const char*> textsOf(Shape shape) {
+  if (shape == Shape::line) return {internal::kLineVertexShader, internal::kLineFragmentShader};
+  if (shape == Shape::cone) return {internal::kConeVertexShader, internal::kConeFragmentShader};
+  return {internal::kBallVertexShader, internal::kBallFragmentShader};
+}
+// As the shaders number it. Of lines, `solid` is what does not fade.
+enum class Drawn : std::uint8_t { surface, halo, solid = halo, fading };
+
+Shape shapeOf(Stage stage) {
+  switch (stage) {
+    case Stage::ribbons:
+    case Stage::lines:
+    case Stage::fading_ribbons:
+    case Stage::fading_lines:
+    case Stage::highlight_faint_lines:
+    case Stage::highlight_lines:
+      return Shape::line;
+    case Stage::balls:
+    case Stage::ball_halos:
+      return Shape::ball;
+    default:
+      return Shape::cone;
+  }
+}
+bool isHalo(Stage stage) {
+  return (stage >= Stage::large_ball_halos && stage <= Stage::ball_halos) || stage == Stage::overlay_halos;
+}
+bool fades(Stage stage) { return stage == Stage::fading_ribbons || stage == Stage::fading_lines; }
 
 // A picture under way: first the pieces of each eye, then the rows of the composed picture.
 struct Job {
@@ -92,9 +126,9 @@ struct Job {
   std::size_t drawn_eyes = 0, drawn_pieces = 0, drawn_segments = 0;  // of the current eye; of the current piece
   std::size_t all_segments = 0, all_drawn = 0;                       // of both eyes
   int composed_rows = 0;
-  bool under_way = false;
-  Stage stage{};                    // of the last group
-  std::size_t group = kFirstGroup;  // segments between two looks at the clock
+  bool under_way = false, copied = false;  // copied: the eye's surfaces
+  Stage stage{};                           // of the last group
+  std::size_t group = kFirstGroup;         // segments between two looks at the clock
 
   double done() const {
     constexpr double kDrawing = 0.8;
@@ -106,12 +140,12 @@ struct Job {
 }  // namespace
 
 struct Renderer::Impl {
-  Program ball{internal::kBallVertexShader, internal::kBallFragmentShader};
-  Program cone{internal::kConeVertexShader, internal::kConeFragmentShader};
-  std::map<int, Program> line;                    // by fading; compiled when first needed
-  std::map<std::array<int, 3>, Program> compose;  // by mode, samples and shading; compiled when first needed
+  // Compiled when first needed: by shape and by what of it is drawn; by mode, samples and shading.
+  std::map<std::pair<Shape, Drawn>, Program> shapes;
+  std::map<std::array<int, 3>, Program> compose;
   std::map<BatchId, CardBatch> batches;
   std::array<Target, 2> eyes;
+  Target surfaces;  // a copy of an eye's picture without halos
   // The last picture, and the one under way; for quad-buffer stereo also of the right eye.
   std::array<Target, 2> wholes, wholes_right;
   std::size_t last = 0;      // of `wholes`
@@ -121,14 +155,17 @@ struct Renderer::Impl {
   bool has_base_instance = false;  // a piece then needs no pointers of its own
   std::uint64_t bytes = 0;
   Job job;
+  GLuint rows_read = 0;    // a buffer of the card, for readMore()
+  int rows_under_way = 0;  // into it
 
   const Target& whole() const { return wholes[last]; }
   void remove(BatchId id);
-  Program& drawingLines(bool fade);
+  Program& drawing(Shape shape, Drawn drawn);
   Program& composing(StereoMode mode, int samples, bool shaded);
   RenderFigures start(const std::array<EyeView, 2>& views, const RenderOptions& options);
   void clearEye(std::size_t eye);
   Program& enter(Stage stage, std::size_t eye);
+  void copySurfaces(std::size_t eye);
   void drawPieces(std::size_t eye, std::size_t most_segments);
   void composeRows(int first_row, int rows);
 };
@@ -147,6 +184,7 @@ Renderer::~Renderer() {
   glUseProgram(0);  // a deleted program would be restored by whoever draws next with another one
   while (!impl_->batches.empty()) impl_->remove(impl_->batches.begin()->first);
   glDeleteVertexArrays(1, &impl_->nothing);
+  glDeleteBuffers(1, &impl_->rows_read);
 }
 
 void Renderer::Impl::remove(BatchId id) {
@@ -175,11 +213,13 @@ void Renderer::put(BatchId id, const NeuriteBatch& batch, Layer layer) {
   on_card.put(batch, layer);
 }
 
-Program& Renderer::Impl::drawingLines(bool fade) {
-  const auto found = line.find(fade ? 1 : 0);
-  if (found != line.end()) return found->second;
-  const std::string text = withDefinitions(internal::kLineFragmentShader, {{"FADES", fade ? 1 : 0}});
-  return line.try_emplace(fade ? 1 : 0, internal::kLineVertexShader, text.c_str()).first->second;
+Program& Renderer::Impl::drawing(Shape shape, Drawn drawn) {
+  const std::pair key{shape, drawn};
+  const auto found = shapes.find(key);
+  if (found != shapes.end()) return found->second;
+  const auto [vertex, fragment] = textsOf(shape);
+  const auto text = [drawn](const char* of) { return withDefinitions(of, {{"DRAWN", static_cast<int>(drawn)}}); };
+  return shapes.try_emplace(key, text(vertex).c_str(), text(fragment).c_str()).first->second;
 }
 
 Program& Renderer::Impl::composing(StereoMode mode, int samples, bool shaded) {
@@ -194,6 +234,7 @@ Program& Renderer::Impl::composing(StereoMode mode, int samples, bool shaded) {
 void Renderer::Impl::clearEye(std::size_t eye) {
   eyes[eye].resize({job.eye_size.width * job.samples, job.eye_size.height * job.samples}, true);
   eyes[eye].bind();
+  job.copied = false;
   const Vector3d background = colourVector(job.options.background);
   glClearColor(static_cast<float>(background.x()), static_cast<float>(background.y()),
                static_cast<float>(background.z()), 1);
@@ -207,25 +248,30 @@ void Renderer::Impl::clearEye(std::size_t eye) {
 Program& Renderer::Impl::enter(Stage stage, std::size_t eye) {
   const bool faint =
       stage == Stage::highlight_faint_lines || stage == Stage::highlight_faint || stage == Stage::overlays_faint;
-  if (faint) {
+  if (faint)
     glDisable(GL_DEPTH_TEST);
-    glEnable(GL_BLEND);
-    glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
-  } else {
+  else
     glEnable(GL_DEPTH_TEST);
-    glDepthFunc(GL_LESS);
+  glDepthFunc(GL_LESS);
+  if (faint || fades(stage))
+    glEnable(GL_BLEND);
+  else
     glDisable(GL_BLEND);
-  }
+  glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
+  glDepthMask(fades(stage) ? GL_FALSE : GL_TRUE);
   const RenderOptions& options = job.options;
   const EyeView& view = job.views[eye];
   const PictureSize& size = eyes[eye].size();
   const Eigen::Matrix4d p = projection(view.frustum);
   const bool is_highlight = stage >= Stage::highlight_faint_lines && stage <= Stage::highlight;
   const bool is_highlight_line = stage == Stage::highlight_faint_lines || stage == Stage::highlight_lines;
-  const bool is_line = stage == Stage::ribbons || stage == Stage::lines || is_highlight_line;
-  Program& program = is_line                 ? drawingLines(options.clear_begin_um > view.frustum.near_um)
-                     : stage == Stage::balls ? ball
-                                             : cone;
+  const bool is_neurite = stage < Stage::highlight_faint_lines;
+  const Shape shape = shapeOf(stage);
+  const bool may_fade = is_neurite && options.clear_begin_um > view.frustum.near_um;
+  Program& program = drawing(shape, fades(stage)                       ? Drawn::fading
+                                    : isHalo(stage)                    ? Drawn::halo
+                                    : shape == Shape::line && may_fade ? Drawn::solid
+                                                                       : Drawn::surface);
   program.use();
   program.set("rotation_VW", view.rotation_VW);
   program.set("lens", Eigen::Vector4d(p(0, 0), p(0, 2), p(1, 1), p(1, 2)));
@@ -233,44 +279,54 @@ Program& Renderer::Impl::enter(Stage stage, std::size_t eye) {
   program.set("half_px", size.width / 2.0, size.height / 2.0);
   program.set("near_um", view.frustum.near_um);
   program.set("background", colourVector(options.background));
-  const bool is_neurite = stage < Stage::highlight_faint_lines;
   program.set("dim", is_neurite ? options.dim : 0);
   program.set(
       "fog", is_neurite ? Vector3d(options.fog_begin_um, options.fog_end_um, options.fog_most) : Vector3d(1e9, 2e9, 0));
   program.set("clearing", is_neurite ? options.clear_end_um : -2, is_neurite ? options.clear_begin_um : -1);
   program.set("opacity", !faint ? 1.0 : is_highlight ? 0.45 : 0.4);
-  if (is_line) {
-    program.set("width_px", is_highlight_line         ? 2 * kHighlightRadius_px * job.samples
-                            : stage == Stage::ribbons ? std::max<double>(job.samples, kRibbon)
-                                                      : job.samples);
+  if (shape == Shape::line) {
+    const bool is_ribbon = stage == Stage::ribbons || stage == Stage::fading_ribbons;
+    program.set("width_px", is_highlight_line ? 2 * kHighlightRadius_px * job.samples
+                            : is_ribbon       ? std::max<double>(job.samples, kRibbon)
+                                              : job.samples);
     return program;
   }
-  program.set("least_px", is_highlight            ? kHighlightRadius_px * job.samples
-                          : stage == Stage::balls ? kLeastBall_px
-                                                  : kLeastRadius_px);
-  if (is_neurite || is_highlight) {
-    program.set("halo_px", is_highlight ? 0 : options.halo_px * job.samples);
-    program.set("halo_radii", 0.8, 2.0);
-  } else {
-    program.set("halo_px", faint ? 0 : kOverlayHalo_px * job.samples);
+  program.set("least_px", is_highlight           ? kHighlightRadius_px * job.samples
+                          : shape == Shape::ball ? kLeastBall_px
+                                                 : kLeastRadius_px);
+  if (isHalo(stage)) {
+    program.set("halo_px", (is_neurite ? options.halo_px : kOverlayHalo_px) * job.samples);
     // The glyph has a halo, and boxes have none.
-    program.set("halo_radii", 1.2 * job.samples, 2.4 * job.samples);
+    program.set("halo_radii", is_neurite ? 0.8 : 1.2 * job.samples, is_neurite ? 2.0 : 2.4 * job.samples);
+    glActiveTexture(GL_TEXTURE0);
+    glBindTexture(GL_TEXTURE_2D, surfaces.colour());
+    program.set("surfaces", 0);
+  } else {
+    program.set("halo_px", 0.0);
   }
   return program;
 }
 
+void Renderer::Impl::copySurfaces(std::size_t eye) {
+  const PictureSize& size = eyes[eye].size();
+  surfaces.resize(size, false);
+  surfaces.bind();
+  eyes[eye].bindForReading();
+  glBlitFramebuffer(0, 0, size.width, size.height, 0, 0, size.width, size.height, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+  job.copied = true;
+}
+
 // Draws the next segments, of one stage.
 void Renderer::Impl::drawPieces(std::size_t eye, std::size_t most_segments) {
-  eyes[eye].bind();
+  const std::vector<Piece>& pieces = job.pieces[eye];
+  const Stage stage = pieces[job.drawn_pieces].stage;
   // Other users of this context may have changed the state.
   glDisable(GL_SCISSOR_TEST);
   glDisable(GL_CULL_FACE);
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
-  glDepthMask(GL_TRUE);
-  const std::vector<Piece>& pieces = job.pieces[eye];
-  const Stage stage = pieces[job.drawn_pieces].stage;
+  if (isHalo(stage) && !job.copied) copySurfaces(eye);
+  eyes[eye].bind();
   Program& program = enter(stage, eye);
-  const bool is_flat = stage == Stage::balls;
   while (most_segments > 0 && job.drawn_pieces < pieces.size() && pieces[job.drawn_pieces].stage == stage) {
     const Piece& piece = pieces[job.drawn_pieces];
     const std::size_t count = std::min(most_segments, piece.count - job.drawn_segments);
@@ -278,17 +334,17 @@ void Renderer::Impl::drawPieces(std::size_t eye, std::size_t most_segments) {
     if (piece.from == CardBatch::From::ribbons || piece.from == CardBatch::From::lines)
       program.set("pixel_um", piece.batch->pixel_um());
     const std::size_t first = piece.first + job.drawn_segments;
-    const GLenum shape = is_flat ? GL_TRIANGLES : GL_TRIANGLE_STRIP;
-    const GLsizei corners = is_flat ? 12 : 4;
+    constexpr GLsizei kCorners = 4;
 #ifdef GL_ARB_base_instance
     if (has_base_instance) {
       piece.batch->bindFrom(CardBatch::From::cones, 0);
-      glDrawArraysInstancedBaseInstance(shape, 0, corners, static_cast<GLsizei>(count), static_cast<GLuint>(first));
+      glDrawArraysInstancedBaseInstance(GL_TRIANGLE_STRIP, 0, kCorners, static_cast<GLsizei>(count),
+                                        static_cast<GLuint>(first));
     } else
 #endif
     {
       piece.batch->bindFrom(piece.from, first);
-      glDrawArraysInstanced(shape, 0, corners, static_cast<GLsizei>(count));
+      glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, kCorners, static_cast<GLsizei>(count));
     }
     most_segments -= count;
     job.drawn_segments += count;
@@ -304,6 +360,7 @@ void Renderer::Impl::composeRows(int first_row, int rows) {
   glDisable(GL_BLEND);
   glDisable(GL_CULL_FACE);
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+  glDepthMask(GL_TRUE);
   glBindVertexArray(nothing);
   const auto bindPicture = [](GLuint unit, GLuint texture) {
     glActiveTexture(GL_TEXTURE0 + unit);
@@ -438,20 +495,34 @@ bool Renderer::readMore(Picture& picture, int most_rows) const {
   const PictureSize& size = impl_->whole().size();
   const std::size_t row = static_cast<std::size_t>(size.width) * 3;
   if (size.width == 0) return true;
-  if (picture.rgb.empty()) {
+  if (picture.rgb.empty() && picture.width == 0) {
     picture = {size.width, size.height, {}};
     picture.rgb.reserve(row * static_cast<std::size_t>(size.height));
+    impl_->rows_under_way = 0;
   }
-  const int done = static_cast<int>(picture.rgb.size() / row), rows = std::min(most_rows, size.height - done);
-  impl_->whole().bind();
-  appendRows(picture, size.height - done - rows, rows);
-  return done + rows == size.height;
+  std::vector<std::uint8_t> rows(bytesOfRows(size.width, impl_->rows_under_way));
+  if (impl_->rows_read == 0) glGenBuffers(1, &impl_->rows_read);
+  glBindBuffer(GL_PIXEL_PACK_BUFFER, impl_->rows_read);
+  if (!rows.empty()) glGetBufferSubData(GL_PIXEL_PACK_BUFFER, 0, static_cast<GLsizeiptr>(rows.size()), rows.data());
+  appendRows(picture, rows);
+  const int left = size.height - static_cast<int>(picture.rgb.size() / row);
+  impl_->rows_under_way = std::min(most_rows, left);
+  if (left > 0) {
+    const std::size_t bytes = bytesOfRows(size.width, impl_->rows_under_way);
+    glBufferData(GL_PIXEL_PACK_BUFFER, static_cast<GLsizeiptr>(bytes), nullptr, GL_STREAM_READ);
+    impl_->whole().bind();
+    readRows(size.width, left - impl_->rows_under_way, impl_->rows_under_way, nullptr);
+  }
+  glBindBuffer(GL_PIXEL_PACK_BUFFER, 0);
+  return left == 0;
 }
 
 Picture Renderer::readWindow(const PictureSize& window) {
   Picture picture{window.width, window.height, {}};
+  std::vector<std::uint8_t> rows(bytesOfRows(window.width, window.height));
   glBindFramebuffer(GL_FRAMEBUFFER, 0);
-  appendRows(picture, 0, window.height);
+  readRows(window.width, 0, window.height, rows.data());
+  appendRows(picture, rows);
   return picture;
 }
 

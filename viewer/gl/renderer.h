@@ -64,6 +64,7 @@ class Renderer {
   // The last picture; of quad-buffer stereo the left eye's.
   Picture read() const;
   // Does read() in parts: appends at most `most_rows` to the picture, which must be empty at first. True: it is whole.
+  // The card copies the rows of the next call meanwhile, so the first call appends none.
   bool readMore(Picture& picture, int most_rows) const;
   // The pixels of the current context's own framebuffer, before the window shows them.
   static Picture readWindow(const PictureSize& window);

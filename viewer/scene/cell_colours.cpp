@@ -69,6 +69,7 @@ std::vector<std::uint32_t> legendPlacesOf(const CellAttributes& attributes, std:
 void colourCells(const TileStore& store, std::vector<std::uint32_t> place, const CellSelection& selection,
                  CellColours& colours) {
   const std::uint32_t cells = store.cell_count();
+  colours.unchosen = unchosenOn(selection.theme);
   std::vector<bool> selected(cells, !selection.only);
   if (selection.only)
     for (const std::uint32_t cell : *selection.only) selected[cell] = true;
@@ -87,7 +88,7 @@ void colourCells(const TileStore& store, std::vector<std::uint32_t> place, const
   for (std::uint32_t c = 0; c < cells; ++c) {
     const bool in_legend = place[c] != CellAttributes::kNoCode;
     const bool chosen = selected[c] && (!in_legend || colours.legend[place[c]].chosen);
-    colours.of_cell.push_back(!chosen     ? kUnchosenCell
+    colours.of_cell.push_back(!chosen     ? colours.unchosen
                               : in_legend ? colours.legend[place[c]].colour
                                           : colourOfNumber(c));
   }

@@ -13,6 +13,9 @@
 
 namespace filiform {
 
+// Of cells that are not selected: near the ground.
+constexpr Rgba unchosenOn(Theme theme) { return theme == Theme::light ? Rgba{205, 208, 214} : Rgba{58, 62, 70}; }
+
 struct CellColours {
   struct Entry {
     std::string value;  // of the attribute, as text; kWithoutValueText for cells without one; a range for a ramp
@@ -23,11 +26,11 @@ struct CellColours {
   std::string attribute;  // empty: cells have their own colours, and only the selection counts
   std::string unit;       // of its values; empty: none, or not known
   std::vector<Rgba> of_cell;
+  Rgba unchosen = unchosenOn(Theme::dark);
   std::vector<Entry> legend;
 };
 
 inline constexpr const char* kWithoutValueText = "(none)";  // in the legend; such cells are grey
-inline constexpr Rgba kUnchosenCell{58, 62, 70};            // of cells that are not selected
 inline constexpr std::size_t kMostNumberValues = 12;        // more numbers than these share the steps of the ramp
 
 // A number of each cell, by id. NaN: missing.
@@ -36,10 +39,11 @@ struct CellValues {
   std::vector<double> of_cell;
 };
 
-// The cells that have a colour; others get kUnchosenCell.
+// The cells that have a colour; others get unchosenOn(theme).
 struct CellSelection {
   std::optional<std::vector<std::uint32_t>> only{};  // ascending ids; the legend counts these; none: all
   std::optional<std::vector<std::string>> values{};  // of the legend; none: all
+  Theme theme = Theme::dark;
 };
 
 // The legend of ColourBy::type.

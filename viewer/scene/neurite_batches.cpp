@@ -124,9 +124,15 @@ class BatchMaker {
     for (int axis = 0; axis < 3; ++axis) p_um[axis] = static_cast<float>(p[axis]);
   }
 
-  Rgba colour(std::uint32_t s, std::uint16_t type, const Vector3d& p_W, float radius_um) {
-    const std::vector<Rgba>* const colours = options_.cell_colours;
+  Rgba markedColour(std::uint32_t s, std::uint16_t type, const Vector3d& p_W, float radius_um) {
     const std::uint32_t cell = tile_.segmentId(s).cell;
+    Rgba marked = colour(cell, type, p_W, radius_um);
+    marked.a = markOfCell(cell);
+    return marked;
+  }
+
+  Rgba colour(std::uint32_t cell, std::uint16_t type, const Vector3d& p_W, float radius_um) {
+    const std::vector<Rgba>* const colours = options_.cell_colours;
     if (colours != nullptr && cell < colours->size()) return (*colours)[cell];
     switch (options_.colour) {
       case ColourBy::cell:
@@ -157,7 +163,7 @@ class BatchMaker {
     put(centre_W, ball.a_um);
     std::copy_n(ball.a_um, 3, ball.b_um);
     ball.a_radius_um = ball.b_radius_um = radius_um;
-    ball.colour = colour(s, kSomaType, centre_W, radius_um);
+    ball.colour = markedColour(s, kSomaType, centre_W, radius_um);
     lo_W_ = lo_W_.cwiseMin(centre_W);
     hi_W_ = hi_W_.cwiseMax(centre_W);
     add(ball);
@@ -199,7 +205,7 @@ class BatchMaker {
     if (options_.roots != nullptr && radii_[parent] == kNoRadius && sphere == nullptr) addRoot(s, segment);
     // In many files a neurite begins at the middle of the soma: it must not widen into a cone as thick as the soma.
     if (is_soma_[parent] && !is_soma_[child]) segment.b_radius_um = segment.a_radius_um;
-    segment.colour = colour(s, type, tile_.position_W(child), segment.a_radius_um);
+    segment.colour = markedColour(s, type, tile_.position_W(child), segment.a_radius_um);
     add(segment);
   }
 

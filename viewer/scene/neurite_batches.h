@@ -22,9 +22,14 @@ std::optional<ColourBy> colouringNamed(const std::string& name);
 struct DrawnSegment {  // a round cone: child end a, parent end b; a sphere if they coincide
   float a_um[3], a_radius_um;
   float b_um[3], b_radius_um;
-  Rgba colour;
+  Rgba colour;  // its alpha is markOfCell()
 };
 static_assert(sizeof(DrawnSegment) == 36);
+
+// One of 255 numbers, not 255: halos of a segment spare segments of the same mark. Overlays have 255.
+constexpr std::uint8_t markOfCell(std::uint32_t cell) {
+  return static_cast<std::uint8_t>((cell * 2654435761U >> 16) % 255);
+}
 
 struct NeuriteBatch {
   Vector3d origin_W = Vector3d::Zero();  // a_um and b_um are relative to it

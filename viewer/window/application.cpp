@@ -312,10 +312,9 @@ class Application::Impl {
       settings_.stereo = StereoMode::mono;
       say("this display has no quad-buffer stereo; s selects another mode");
     }
-    SceneFrame frame = scene_->frame(settings_.own_cell);
+    SceneFrame frame = scene_->frame(settings_.own_cell, settings_.theme);
     frame.palette = settings_.orange_blue ? kOrangeBlue : kRedGreen;
     frame.colour = settings_.colouring;
-    frame.background = groundOf(settings_.theme);
     frame.time_s = now_s_;
     frame.size = size_;
     frame.stereo = settings_.stereo;
@@ -370,16 +369,16 @@ class Application::Impl {
     d.size = window_.points();
     d.scale = window_.scale() / window_.pixelsPerPoint();
     scene_->fill(d, d.size);
-    if (d.legend == nullptr && settings_.colouring == ColourBy::type) d.legend = &legendOfTypes();
+    if (d.colours.legend == nullptr && settings_.colouring == ColourBy::type) d.colours.legend = &legendOfTypes();
     if (settings_.stereo != StereoMode::mono)
-      d.stereo = std::string(toString(settings_.stereo)) + format(", separation %.1f", settings_.separation);
-    d.messages = messages_.shown();
-    d.hint = opening_.isUnderWay()      ? "opening " + opening_.name()
-             : now_s_ < greets_until_s_ ? kGreeting
-                                        : "h: keys and mouse";
+      d.status.stereo = std::string(toString(settings_.stereo)) + format(", separation %.1f", settings_.separation);
+    d.lines.messages = messages_.shown();
+    d.lines.hint = opening_.isUnderWay()      ? "opening " + opening_.name()
+                   : now_s_ < greets_until_s_ ? kGreeting
+                                              : "h: keys and mouse";
     actions_.fill(d);
-    d.picture = screenshots_.text();
-    d.picture_part = screenshots_.part();
+    d.picture.text = screenshots_.text();
+    d.picture.part = screenshots_.part();
     return d;
   }
 

@@ -15,7 +15,7 @@
 
 namespace filiform::test {
 
-inline constexpr Rgba kRed{220, 40, 40, 255}, kGreen{40, 200, 60, 255};
+inline constexpr Rgba kRed{220, 40, 40, 1}, kGreen{40, 200, 60, 2};  // of different cells
 
 inline NeuriteBatch neurites(std::initializer_list<std::array<double, 8>> list, Rgba colour, const Vector3d& origin_W) {
   NeuriteBatch batch;  // each: ax ay az ar bx by bz br, relative to the origin

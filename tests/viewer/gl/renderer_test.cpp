@@ -142,6 +142,27 @@ TEST_F(Renderers, HalosCutWhatLiesBehind) {
   EXPECT_GT(with, 0.7 * without);
 }
 
+// Cones, lines and balls behind a cone or a ball.
+TEST_F(Renderers, ACellCastsNoHaloOnItself) {
+  const Rgba own{40, 200, 60, kRed.a};
+  for (const double front_um : {1.0, 4.0})
+    for (const double behind_um : {0.01, 1.0, 12.0}) {
+      SCOPED_TRACE(std::to_string(front_um) + " before " + std::to_string(behind_um));
+      const bool is_ball = behind_um > 10;
+      const auto behind = [&](const Rgba& colour) {
+        return is_ball ? ball(0, 0, -20, behind_um, colour)
+                       : neurites({{-30, 0, -20, behind_um, 30, 0, -20, behind_um}}, colour, Vector3d::Zero());
+      };
+      renderer_.put(1, is_ball ? neurites({{0, -30, 20, front_um, 0, 30, 20, front_um}}, kRed, Vector3d::Zero())
+                               : ball(0, 0, 20, front_um, kRed));
+      renderer_.put(2, behind(own));
+      const double without = litAreaOf(draw(camera_, {.halo_px = 0}), 1).count;
+      EXPECT_EQ(litAreaOf(draw(camera_, {.halo_px = 4}), 1).count, without);
+      renderer_.put(2, behind(kGreen));
+      EXPECT_LT(litAreaOf(draw(camera_, {.halo_px = 4}), 1).count, without - 2);
+    }
+}
+
 TEST_F(Renderers, MarksAreSeenFaintlyThroughThreads) {
   renderer_.put(1, ball(0, 0, 30, 10, kGreen));
   renderer_.put(2, ball(0, 0, 0, 5, kRed), Layer::overlays);
@@ -223,6 +244,26 @@ TEST_F(Renderers, ClearedThreadsTaper) {
     }
     EXPECT_EQ(runs, 1) << x;
   }
+}
+
+// Lines that fade are mixed with what lies behind, without a pattern of dots, and hide nothing.
+TEST_F(Renderers, LinesFadeEvenly) {
+  renderer_.put(1, neurites({{-30, 0, 20, 0.01, 30, 0, 20, 0.01}}, kRed, Vector3d::Zero()));
+  const auto redAt = [](const Picture& picture, int x) {
+    int most = 0;
+    for (int y = 95; y < 105; ++y)
+      most = std::max<int>(most, picture.rgb[3 * static_cast<std::size_t>(y * picture.width + x)]);
+    return most;
+  };
+  const Picture whole = draw(camera_),
+                half = draw(camera_, {.clear_end_um = 70, .clear_begin_um = 90});  // it is 80 away
+  const int ground = kDarkGround.r;
+  for (int x = 120; x < 200; ++x)
+    EXPECT_NEAR(redAt(half, x), ground + (redAt(whole, x) - ground) / 2, 10) << "at column " << x;
+  renderer_.put(2, ball(0, 0, -20, 12, kGreen));
+  const double hidden = litAreaOf(draw(camera_, {.clear_end_um = 79.9, .clear_begin_um = 90}), 1).count;
+  renderer_.remove(1);
+  EXPECT_NEAR(hidden, litAreaOf(draw(camera_), 1).count, 2);
 }
 
 TEST_F(Renderers, QuadBufferStereoNeedsAWindowThatHasIt) {

@@ -116,7 +116,7 @@ TEST_F(Renderers, APictureThatDiffersLittleSendsLittle) {
   const CallCounter counter;
   const Picture first = draw(camera_);
   EXPECT_EQ(counter.counts().attributes, 0);
-  EXPECT_EQ(counter.counts().uniforms, 2);  // the origins of the cones and of the overlay
+  EXPECT_EQ(counter.counts().uniforms, 4);  // the origins of the cones, of the overlay and of their halos
   renderer_.put(2, ball(0, 0, 0, 3, kGreen, {0, 0, 20}), Layer::overlays);
   EXPECT_EQ(draw(camera_).rgb, first.rgb);
   EXPECT_EQ(counter.counts().attributes, 0);
@@ -184,7 +184,7 @@ TEST_F(Renderers, APictureDrawnInPartsIsTheOneDrawnAtOnce) {
     int reads = 1;
     for (; !renderer_.readMore(picture, 30); ++reads) {
     }
-    EXPECT_EQ(reads, 7);
+    EXPECT_EQ(reads, 8);
     EXPECT_EQ(picture.rgb, at_once.rgb) << toString(stereo);
   }
 }

@@ -50,8 +50,11 @@ TEST_F(CellColouring, TheLegendListsWhatIsColoured) {
   EXPECT_EQ(some->legend.front().colour, all->legend[1].colour);
   for (std::uint32_t c = 0; c < 10; ++c) {
     const bool selected = c == 1 || c == 2 || c == 4;
-    EXPECT_EQ(some->of_cell[c], selected ? all->of_cell[c] : kUnchosenCell) << c;
+    EXPECT_EQ(some->of_cell[c], selected ? all->of_cell[c] : unchosenOn(Theme::dark)) << c;
   }
+  const auto light = coloursByAttribute(*set_, *attributes_, "type", {.only = {{1}}, .theme = Theme::light});
+  EXPECT_EQ(light->of_cell[0], unchosenOn(Theme::light));
+  EXPECT_EQ(light->of_cell[1], all->of_cell[1]);
   // Values that are switched off stay in the legend, to switch them on again.
   const auto values = coloursByAttribute(*set_, *attributes_, "type", {.values = {{"a"}}});
   EXPECT_EQ(legendOf(*values), legendOf(*all));
@@ -78,7 +81,7 @@ TEST_F(CellColouring, MeasuresGetARampWithTheirUnitAndCellsWithoutOneAreGrey) {
   EXPECT_EQ(some->of_cell[3], colourOnRamp(1));
   EXPECT_EQ(some->of_cell[7], colourOnRamp(0));
   EXPECT_EQ(some->of_cell[4], colourOnRamp(NAN));
-  EXPECT_EQ(some->of_cell[8], kUnchosenCell);
+  EXPECT_EQ(some->of_cell[8], unchosenOn(Theme::dark));
 }
 
 }  // namespace

@@ -138,13 +138,16 @@ TEST(NeuriteBatches, ColoursSayWhatTheyAreAskedFor) {
   const auto colours = [&](ColourBy by) {
     std::vector<Rgba> list;
     const BatchOptions options{.colour = by, .shallow_um = 100, .deep_um = 0};
-    for (const DrawnSegment& s : makeBatch(*store->load(0), store->loadAppearance(0), options).segments)
-      list.push_back(s.colour);
+    for (const DrawnSegment& s : makeBatch(*store->load(0), store->loadAppearance(0), options).segments) {
+      EXPECT_EQ(s.colour.a, markOfCell(list.size() < 2 ? 0 : 1));
+      list.push_back({s.colour.r, s.colour.g, s.colour.b});
+    }
     return list;
   };
   using List = std::vector<Rgba>;
   const Rgba c0 = colourOfNumber(0), c1 = colourOfNumber(1), deep = colourOnRamp(1), shallow = colourOnRamp(0);
   EXPECT_NE(c0, c1);
+  EXPECT_NE(markOfCell(0), markOfCell(1));
   EXPECT_EQ(colours(ColourBy::cell), (List{c0, c0, c1, c1}));
   EXPECT_EQ(colours(ColourBy::type), (List{colourOfType(2), colourOfType(4), colourOfType(2), colourOfType(4)}));
   EXPECT_EQ(colours(ColourBy::depth), (List{deep, deep, shallow, shallow}));

@@ -334,11 +334,11 @@ TEST_F(Applications, PanelsAreLaidOutInPoints) {
     data.size = window.points();
     data.scale = window.scale() / window.pixelsPerPoint();
     data.um_px = 0.5 * pixels_per_point;
-    data.scene = "a scene";
-    data.hint = "a hint";
-    data.lo_W = Vector3d::Zero();
-    data.hi_W = Vector3d(300, 300, 300);
-    data.zoom_um = 100;
+    data.status.scene = "a scene";
+    data.lines.hint = "a hint";
+    data.map.lo_W = Vector3d::Zero();
+    data.map.hi_W = Vector3d(300, 300, 300);
+    data.map.zoom_um = 100;
     OpenPanels open;
     open.help = true;
     SearchPanel search;

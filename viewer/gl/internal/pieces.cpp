@@ -29,14 +29,20 @@ RenderFigures listPieces(const EyeView& view, const PictureSize& size, int sampl
     const CardBatch::Block* block;
     double um_px;
     std::size_t large_balls, cones, ribbons;
+    bool fades = false;
   };
+  // A distance is at least a depth. At the rim of the picture it is longer.
+  const Frustum& f = view.frustum;
+  const double rim = std::hypot(1, std::max(-f.left, f.right) / f.near_um, std::max(-f.bottom, f.top) / f.near_um);
+  const double fades_until_um = options.clear_begin_um > f.near_um ? rim * options.clear_begin_um : 0;
   std::vector<Part> neurites, highlights;
   std::vector<CardBatch*> overlays;
   const auto addBlock = [&](CardBatch& batch, const CardBatch::Block& block) {
     const double um_px = pixelAt(block, clear);
     neurites.push_back({&batch, &block, um_px, batch.ballsAtLeastAsThickAs(block, kFlatBall_px * samples * um_px),
                         batch.atLeastAsThickAs(block, kRibbonRadius_px * um_px),
-                        batch.atLeastAsThickAs(block, kLineRadius_px * um_px)});
+                        batch.atLeastAsThickAs(block, kLineRadius_px * um_px),
+                        block.distance_um(view.eye_W) < fades_until_um});
     figures.cones += neurites.back().cones - block.begin;
     figures.lines += block.end - neurites.back().cones;
   };
@@ -98,10 +104,20 @@ RenderFigures listPieces(const EyeView& view, const PictureSize& size, int sampl
   for (const Part& p : neurites) add(Stage::cones, From::cones, p.batch, p.block->balls_end, p.cones);
   // Last, because what is hidden then costs least.
   for (const Part& p : neurites) add(Stage::balls, From::balls, p.batch, p.large_balls, p.block->balls_end);
+  if (options.halo_px > 0) {
+    for (const Part& p : neurites)
+      add(Stage::large_ball_halos, From::large_balls, p.batch, p.block->begin, p.large_balls);
+    for (const Part& p : neurites) add(Stage::halos, From::cones, p.batch, p.block->balls_end, p.cones);
+    for (const Part& p : neurites) add(Stage::ball_halos, From::balls, p.batch, p.large_balls, p.block->balls_end);
+  }
+  std::erase_if(neurites, [](const Part& p) { return !p.fades; });
+  for (const Part& p : neurites) add(Stage::fading_ribbons, From::ribbons, p.batch, p.cones, p.ribbons);
+  for (const Part& p : neurites) add(Stage::fading_lines, From::lines, p.batch, p.ribbons, p.block->end);
   // Dense tissue would hide these: draw them faintly without a depth test first, then normally.
   addHighlights(Stage::highlight_faint_lines, Stage::highlight_faint);
   addHighlights(Stage::highlight_lines, Stage::highlight);
   addOverlays(Stage::overlays_faint);
+  addOverlays(Stage::overlay_halos);
   addOverlays(Stage::overlays);
   return figures;
 }

@@ -19,11 +19,17 @@ enum class Stage : std::uint8_t {
   large_balls,
   cones,
   balls,
+  large_ball_halos,
+  halos,
+  ball_halos,
+  fading_ribbons,  // lines that fade are mixed with what lies behind
+  fading_lines,
   highlight_faint_lines,
   highlight_faint,
   highlight_lines,
   highlight,
   overlays_faint,
+  overlay_halos,
   overlays
 };
 

@@ -1,19 +1,22 @@
 #version 330 core
+// The renderer defines DRAWN before it compiles this text: 0 the ball, 1 the halo. What is smaller than a sample because
+// it fades is left out.
 flat in vec4 own_colour;
-flat in float reach_px, radius_px, left_over, away, halo;
+flat in float reach_px, radius_px, left_over, away;
 in vec2 off_px;
 
 uniform vec3 background;
-uniform float opacity;
+uniform sampler2D surfaces;  // alpha: the mark of the cell whose surface is there
 
 out vec4 drawn;
 
-float hash(vec2 p) { return fract(52.9829189 * fract(dot(p, vec2(0.06711056, 0.00583715)))); }
-
 void main() {
   if (dot(off_px, off_px) > reach_px * reach_px) discard;
-  // Below the size of a sample, fading drops pixels at random.
-  if (radius_px < 0.5 && left_over < 1.0 && hash(gl_FragCoord.xy) >= 2.0 * radius_px) discard;
+#if DRAWN == 1
+  if (abs(texelFetch(surfaces, ivec2(gl_FragCoord.xy), 0).a - own_colour.a) < 0.002) discard;
+  drawn = vec4(background, 1.0);
+#else
+  if (radius_px < 0.5 && left_over < 1.0) discard;
   vec3 light = normalize(vec3(-0.35, 0.55, 0.75));
   vec3 n = vec3(off_px / max(radius_px, 0.5), 0.0);
   n.z = sqrt(max(0.0, 1.0 - dot(n.xy, n.xy)));
@@ -25,5 +28,6 @@ void main() {
   mirrored *= mirrored;
   float bright = 0.25 * smoothstep(1.5, 4.0, radius_px) * mirrored * mirrored;  // its 32nd power
   vec3 shown = own_colour.rgb * (0.38 + 0.68 * max(0.0, dot(n, light))) + bright;
-  drawn = vec4(mix(shown, background, max(away, halo)), opacity);
+  drawn = vec4(mix(shown, background, away), own_colour.a);
+#endif
 }

@@ -1,5 +1,6 @@
 #version 330 core
-// A round cone as a quad on the screen that encloses both ends, their radii and the halo.
+// A round cone as a quad on the screen that encloses both ends, their radii and the halo. A halo alone is a flat quad
+// behind the cone, so the driver tests depths before it shades. The renderer defines DRAWN as for cone.frag.
 layout(location = 0) in vec4 a;  // position from the batch's origin and radius, um
 layout(location = 1) in vec4 b;
 layout(location = 2) in vec4 colour;
@@ -8,6 +9,7 @@ uniform mat3 rotation_VW;
 uniform vec3 origin_V;
 uniform vec4 lens;  // of the projection matrix: [0][0], [0][2], [1][1], [1][2]
 uniform vec2 half_px;
+uniform vec2 depth_map;  // of the projection matrix: [2][2], [2][3]
 uniform float near_um;
 uniform float least_px;
 uniform float halo_px;
@@ -56,5 +58,13 @@ void main() {
   vec2 corner = ((gl_VertexID & 1) == 0 ? a_px - room * along : b_px + room * along) +
                 ((gl_VertexID & 2) == 0 ? -room : room) * vec2(-along.y, along.x);
   at_px = corner;
+#if DRAWN == 1
+  bool at_a = (gl_VertexID & 1) == 0;
+  float end_um = at_a ? depths.x : depths.y, radius_px = at_a ? r_px.x : r_px.y;
+  float depth_um = end_um * (1.0 + 3.0 * radius_px / (lens.z * half_px.y));
+  // Behind the cone: it hides only neurites that lie well behind.
+  gl_Position = vec4(corner / half_px, clamp((depth_map.y - depth_map.x * depth_um) / depth_um, -1.0, 1.0), 1.0);
+#else
   gl_Position = vec4(corner / half_px, 0.0, 1.0);
+#endif
 }

@@ -1,15 +1,16 @@
 #version 330 core
-// The renderer defines FADES (0, 1) before it compiles this text: without `discard` a driver writes depths before it
-// shades.
-in vec3 shown;
+// The renderer defines DRAWN before it compiles this text: 0 the line, 1 where it does not fade, 2 where it fades.
+// Without `discard` a driver writes depths before it shades.
+in vec4 shown;
 in float left_over;
-uniform float opacity;
+uniform float opacity;  // 1: alpha becomes the mark of the cell
 out vec4 drawn;
-float hash(vec2 p) { return fract(52.9829189 * fract(dot(p, vec2(0.06711056, 0.00583715)))); }
 
 void main() {
-#if FADES
-  if (left_over < 1.0 && hash(gl_FragCoord.xy) >= left_over) discard;
+#if DRAWN == 1
+  if (left_over < 1.0) discard;
+#elif DRAWN == 2
+  if (left_over >= 1.0) discard;
 #endif
-  drawn = vec4(shown, opacity);
+  drawn = vec4(shown.rgb, DRAWN == 2 ? left_over : opacity < 1.0 ? opacity : shown.a);
 }

@@ -19,7 +19,7 @@ uniform vec3 fog;
 uniform float dim;
 uniform vec2 clearing;  // um: neurites get thinner from the second depth to nothing at the first
 
-out vec3 shown;
+out vec4 shown;  // alpha: of the colour
 out float left_over;
 
 vec2 pixel(vec3 p) { return vec2(lens.x * p.x + lens.y * p.z, lens.z * p.y + lens.w * p.z) / -p.z * half_px; }
@@ -45,6 +45,7 @@ void main() {
   float squared = dot(way, way);
   float lit = squared > 0.0 ? dot(normalize(vec3(-0.35, 0.55, 0.75)), way * inversesqrt(squared)) : 0.0;
   float diffuse = sqrt(max(0.0, 1.0 - lit * lit));
-  shown = mix(colour.rgb * (0.38 + 0.62 * diffuse), background, max(dim, fog.z * smoothstep(fog.x, fog.y, -here.z)));
+  float away = max(dim, fog.z * smoothstep(fog.x, fog.y, -here.z));
+  shown = vec4(mix(colour.rgb * (0.38 + 0.62 * diffuse), background, away), colour.a);
   gl_Position = vec4(corner / half_px * -here.z, depth_map.x * here.z + depth_map.y, -here.z);
 }

@@ -70,8 +70,14 @@ void OpenScene::countTiles(bool listed, double now_s) {
   showTiles(near_, residency, tiles_);
 }
 
-SceneFrame OpenScene::frame(bool own_cell) {
+SceneFrame OpenScene::frame(bool own_cell, Theme theme) {
+  try {
+    attributes_->setTheme(theme);
+  } catch (const std::exception& error) {
+    messages_.say(error.what());
+  }
   SceneFrame frame;
+  frame.background = groundOf(theme);
   frame.cell = chosen_;
   frame.camera = camera_;
   frame.cell_colours = attributes_->colours();
@@ -182,51 +188,50 @@ void OpenScene::draw(const SceneFrame& frame) {
 void OpenScene::fill(PanelData& d, const PictureSize& size) const {
   const NavigationSnapshot& s = now();
   d.um_px = camera_.focus_um / pixelsPerRadian(view_.frustum, size);
-  d.scene = travel_->scene().name;
-  d.cell = travel_->cellName();
+  d.status.scene = travel_->scene().name;
+  d.status.cell = travel_->cellName();
   attributes_->fill(d);
-  d.cells = cells_.get();
+  d.cells.table = cells_.get();
   d.contacts = contacts_.get();
-  d.chosen_cell = chosen_;
+  d.cells.chosen = chosen_;
   if (const auto part = cells_->progress(); part && !cells_->isOpen())
-    d.measuring = format("measuring the cells, %.0f %%", 100 * *part);
-  if (travel_->sample()) d.place = format("sample %lld, ", static_cast<long long>(*travel_->sample()));
-  d.place += format("%.1f %.1f %.1f \u00b5m", s.p_W.x(), s.p_W.y(), s.p_W.z());
-  d.device = travel_->session().deviceName();
-  d.mode = toString(s.mode);
-  if (travel_->session().awaited()) d.mode += ", jumping";
-  if (s.frontier) d.mode += ", waiting for a tile";
-  d.zoom_um = s.zoom_um;
-  d.force_N = s.force_N.norm();
-  d.measure = travel_->measured();
-  d.segments = figures_.segments;
-  d.left_out = figures_.left_out;
-  d.pending = figures_.pending;
-  d.error_px = figures_.error_px;
-  d.complete = figures_.complete;
-  if (travel_->scene().network) d.network = networkText(travel_->scene().network());
-  d.unreadable = figures_.failed.size() + tiles_.failures.size();
-  d.overview = viewpoint_.isOverview();
-  d.forces_N = &travel_->forces_N();
+    d.status.measuring = format("measuring the cells, %.0f %%", 100 * *part);
+  if (travel_->sample()) d.status.place = format("sample %lld, ", static_cast<long long>(*travel_->sample()));
+  d.status.place += format("%.1f %.1f %.1f \u00b5m", s.p_W.x(), s.p_W.y(), s.p_W.z());
+  d.status.device = travel_->session().deviceName();
+  d.status.mode = toString(s.mode);
+  if (travel_->session().awaited()) d.status.mode += ", jumping";
+  if (s.frontier) d.status.mode += ", waiting for a tile";
+  d.map.zoom_um = s.zoom_um;
+  d.force.now_N = s.force_N.norm();
+  d.status.measure = travel_->measured();
+  d.status.segments = figures_.segments;
+  d.status.left_out = figures_.left_out;
+  d.status.pending = figures_.pending;
+  d.status.error_px = figures_.error_px;
+  if (travel_->scene().network) d.lines.network = networkText(travel_->scene().network());
+  d.status.unreadable = figures_.failed.size() + tiles_.failures.size();
+  d.hand.overview = viewpoint_.isOverview();
+  d.force.last_N = &travel_->forces_N();
   if (s.tick > 0 && !viewpoint_.isGliding()) {
-    d.proxy = project(view_, s.p_W, size);
-    if (!d.overview && s.mode == NavigationMode::constrained) d.hand = project(view_, s.h_W, size);
+    d.hand.proxy = project(view_, s.p_W, size);
+    if (!d.hand.overview && s.mode == NavigationMode::constrained) d.hand.hand = project(view_, s.h_W, size);
   }
   if (companion_) {
-    d.companion_name = companion_->name;
-    d.companion = project(view_, companion_->p_W, size);
-    d.companion_force_N = companion_->force_N;
-    if (companion_->constrained) d.companion_hand = project(view_, companion_->h_W, size);
+    d.companion.name = companion_->name;
+    d.companion.proxy = project(view_, companion_->p_W, size);
+    d.companion.force_N = companion_->force_N;
+    if (companion_->constrained) d.companion.hand = project(view_, companion_->h_W, size);
   }
-  d.lo_W = picture_->lo_W();
-  d.hi_W = picture_->hi_W();
-  d.proxy_W = s.p_W;
-  d.centre_W = s.centre_W;
-  d.visited_W = travel_->visited_W();
+  d.map.lo_W = picture_->lo_W();
+  d.map.hi_W = picture_->hi_W();
+  d.map.proxy_W = s.p_W;
+  d.map.centre_W = s.centre_W;
+  d.map.visited_W = travel_->visited_W();
   const NavigationHistory& history = travel_->history();
   for (const std::string& name : history.bookmarks()) {
-    d.bookmark_names.push_back(name);
-    d.bookmarks_W.push_back(history.bookmark(name)->p_W);
+    d.map.bookmark_names.push_back(name);
+    d.map.bookmarks_W.push_back(history.bookmark(name)->p_W);
   }
 }
 

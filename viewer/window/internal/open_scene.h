@@ -70,9 +70,9 @@ class OpenScene {
   void look(const PictureSize& size, bool orthographic, double now_s);
   // Counts tiles and rates, four times a second; lists the tiles near the proxy if `listed`.
   void countTiles(bool listed, double now_s);
-  // The frame with camera, workspace, proxy, fork and highlighted cell; the caller sets the rest. `own_cell`: inside,
-  // the proxy's cell is highlighted if no other is chosen.
-  SceneFrame frame(bool own_cell);
+  // The frame with camera, workspace, proxy, fork, highlighted cell and ground; the caller sets the rest. `own_cell`:
+  // inside, the proxy's cell is highlighted if no other is chosen.
+  SceneFrame frame(bool own_cell, Theme theme);
   // Draws the frame, and says once if tiles are left out because the scene has no levels.
   void draw(const SceneFrame& frame);
 

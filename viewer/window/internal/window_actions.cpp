@@ -237,13 +237,14 @@ bool WindowActions::showsForce() const {
 }
 
 void WindowActions::fill(PanelData& d) const {
-  d.show_force = showsForce();
-  d.frozen = frozen_;
+  d.force.shown = showsForce();
+  d.status.frozen = frozen_;
   if (awaiting_letter_ != Action::none)
-    d.hint = awaiting_letter_ == Action::set_bookmark ? "type a letter for the bookmark" : "type the bookmark's letter";
-  d.tooltip = tooltip_.text();
-  d.tooltip_x = input_.x() / window_.pixelsPerPoint();
-  d.tooltip_y = input_.y() / window_.pixelsPerPoint();
+    d.lines.hint =
+        awaiting_letter_ == Action::set_bookmark ? "type a letter for the bookmark" : "type the bookmark's letter";
+  d.tooltip.text = tooltip_.text();
+  d.tooltip.x = input_.x() / window_.pixelsPerPoint();
+  d.tooltip.y = input_.y() / window_.pixelsPerPoint();
 }
 
 void WindowActions::describe(nlohmann::ordered_json& json) const {

@@ -59,51 +59,87 @@ struct TilePanel {
   std::vector<std::string> failures;
 };
 
+struct StatusPanel {
+  std::string scene, cell, place, device, mode, stereo, measure;
+  std::string measuring;  // text about measures for colours; empty: none
+  std::uint64_t segments = 0, left_out = 0, pending = 0;
+  std::uint64_t unreadable = 0;  // tiles whose last read failed
+  double error_px = 0;
+  bool frozen = false;
+};
+
+struct ForcePanel {
+  bool shown = false;  // the plot, and what the hand does
+  double now_N = 0;
+  const std::vector<float>* last_N = nullptr;  // oldest first, 1 kHz
+};
+
+// Points. In the workspace a line connects both: the pull of the hand. In the overview a ring marks the proxy.
+struct HandMarks {
+  bool overview = false;
+  std::optional<ScreenPoint> proxy, hand;
+};
+
+struct CompanionMarks {  // likewise
+  std::string name;
+  std::optional<ScreenPoint> proxy, hand;
+  double force_N = 0;
+};
+
+struct MapPanel {
+  Vector3d lo_W = Vector3d::Zero(), hi_W = Vector3d::Zero();  // of the scene
+  Vector3d proxy_W = Vector3d::Zero(), centre_W = Vector3d::Zero();
+  double zoom_um = 0;
+  std::vector<Vector3d> visited_W, bookmarks_W;
+  std::vector<std::string> bookmark_names;
+};
+
+// Attributes: none without attributes of cells. Legend: of the attribute or types that give the colours.
+struct ColourPanel {
+  std::vector<std::string> attributes;
+  std::string attribute, selection;                         // selection: the condition that selects cells
+  const std::vector<CellColours::Entry>* legend = nullptr;  // nullptr: none
+  std::string unit;                                         // of the legend
+  Rgba unchosen;                                            // of cells that are not selected
+  bool selected = false;                                    // not all cells are selected
+};
+
+struct CellView {
+  internal::CellTable* table = nullptr;  // nullptr: there is no panel of cells
+  std::optional<std::uint32_t> chosen;
+};
+
+struct PicturePanel {
+  std::string text;  // about a picture being drawn or written; empty: none
+  double part = -1;  // of the picture that is drawn, 0 to 1; below 0: it is being written, too late to cancel
+};
+
+struct Tooltip {
+  std::string text;
+  double x = 0, y = 0;
+};
+
+struct TextLines {
+  std::vector<std::string> messages;  // newest last
+  std::string network;                // one line about a slow or lost network; empty: none
+  std::string hint;                   // one line or more
+};
+
 struct PanelData {
   PictureSize size{};  // of the window, points: see Window::points(). So are all lengths of panels
   double scale = 1;    // of letters and panels, points
   double um_px = 0;    // size of a point at the proxy; 0: no scale bar
-  std::string scene, cell, place, device, mode, stereo, measure, hint;  // hint: one line or more
-  bool show_force = false;                                              // the plot, and what the hand does
-  std::vector<std::string> messages;                                    // newest last
-  double zoom_um = 0, force_N = 0, mean_frame_ms = 0;
-  std::uint64_t segments = 0, left_out = 0, pending = 0;
-  double error_px = 0;
-  bool frozen = false, overview = false, complete = false;
-  std::string network;                           // one line about a slow or lost network; empty: none
-  std::uint64_t unreadable = 0;                  // tiles whose last read failed
-  const std::vector<float>* forces_N = nullptr;  // oldest first, 1 kHz
-  double most_force_N = 8;
-
-  // Points. In the workspace a line connects both: the pull of the hand. In the overview a ring marks the proxy.
-  std::optional<ScreenPoint> proxy, hand;
-
-  // Of a companion, likewise; empty: there is none.
-  std::string companion_name;
-  std::optional<ScreenPoint> companion, companion_hand;
-  double companion_force_N = 0;
-
-  Vector3d lo_W = Vector3d::Zero(), hi_W = Vector3d::Zero();  // of the scene
-  Vector3d proxy_W = Vector3d::Zero(), centre_W = Vector3d::Zero();
-  std::vector<Vector3d> visited_W, bookmarks_W;
-  std::vector<std::string> bookmark_names;
-
-  // Of cells. Names: none without attributes. Legend: of the attribute or types that give the colours; nullptr: none.
-  std::vector<std::string> attribute_names;
-  std::string attribute, selection;  // selection: the condition that selects cells
-  const std::vector<CellColours::Entry>* legend = nullptr;
-  std::string legend_unit;
-  bool selected = false;                 // not all cells are selected
-  std::string measuring;                 // text about measures for colours; empty: none
-  internal::CellTable* cells = nullptr;  // for the panel of cells; nullptr: there is none
-  std::optional<std::uint32_t> chosen_cell;
-  const internal::ContactView* contacts = nullptr;  // for the panel of contacts; nullptr: there is none
-
-  std::string picture;       // text about a picture being drawn or written; empty: none
-  double picture_part = -1;  // of the picture that is drawn, 0 to 1; below 0: it is being written, too late to cancel
-
-  std::string tooltip;
-  double tooltip_x = 0, tooltip_y = 0;
+  StatusPanel status;
+  ForcePanel force;
+  HandMarks hand;
+  CompanionMarks companion;
+  MapPanel map;
+  ColourPanel colours;
+  CellView cells;
+  const internal::ContactView* contacts = nullptr;  // nullptr: there is no panel of contacts
+  PicturePanel picture;
+  Tooltip tooltip;
+  TextLines lines;
 };
 
 struct PanelRequests {

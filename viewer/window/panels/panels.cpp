@@ -49,31 +49,33 @@ void drawStatus(const PanelData& d, bool beside_force) {
   ImGui::Begin("status", nullptr, kStill | ImGuiWindowFlags_NoInputs);
   const double right = d.size.width - (beside_force ? (kForceWidth + 50) * d.scale : 10 * d.scale);
   const double width = std::max(80 * d.scale, right - 10 * d.scale - 2 * ImGui::GetStyle().WindowPadding.x);
-  showFitted(d.scene, width, d.scale);
+  showFitted(d.status.scene, width, d.scale);
   const auto row = [&](const char* what, const std::string& value) {
     if (value.empty()) return;
     writeIn(dim(), what);
     ImGui::SameLine(static_cast<float>(kStatusColumn * d.scale));
     showFitted(value, width - (kStatusColumn - 8) * d.scale, d.scale);
   };
-  row("cell", d.cell);
-  row("place", d.place);
-  row("hand", d.show_force ? d.device + ", " + d.mode : d.mode == "constrained" ? std::string() : d.mode);
-  row("zoom", lengthText(d.zoom_um) + " across");
-  if (d.show_force) row("force", format("%.2f N", d.force_N));
-  row("measure", d.measure);
-  std::string drawn = counted(d.segments, "segment");
-  if (d.error_px > kCoarse_px)
+  row("cell", d.status.cell);
+  row("place", d.status.place);
+  row("hand", d.force.shown                    ? d.status.device + ", " + d.status.mode
+              : d.status.mode == "constrained" ? std::string()
+                                               : d.status.mode);
+  row("zoom", lengthText(d.map.zoom_um) + " across");
+  if (d.force.shown) row("force", format("%.2f N", d.force.now_N));
+  row("measure", d.status.measure);
+  std::string drawn = counted(d.status.segments, "segment");
+  if (d.status.error_px > kCoarse_px)
     drawn += ", coarse";
-  else if (d.error_px > 0)
-    drawn += format(", error %.1f px", d.error_px);
+  else if (d.status.error_px > 0)
+    drawn += format(", error %.1f px", d.status.error_px);
   row("drawn", drawn);
-  row("left out", d.left_out > 0 ? counted(d.left_out, "segment") : std::string());
-  row("measures", d.measuring);
-  row("loading", d.pending > 0 ? counted(d.pending, "tile") : std::string());
-  row("missing", d.unreadable > 0 ? counted(d.unreadable, "tile") : std::string());
-  row("stereo", d.stereo);
-  if (d.frozen) writeIn(gold(), "levels of detail are frozen (l)");
+  row("left out", d.status.left_out > 0 ? counted(d.status.left_out, "segment") : std::string());
+  row("measures", d.status.measuring);
+  row("loading", d.status.pending > 0 ? counted(d.status.pending, "tile") : std::string());
+  row("missing", d.status.unreadable > 0 ? counted(d.status.unreadable, "tile") : std::string());
+  row("stereo", d.status.stereo);
+  if (d.status.frozen) writeIn(gold(), "levels of detail are frozen (l)");
   ImGui::End();
 }
 
@@ -95,14 +97,13 @@ void drawLine(ImDrawList& list, const Lines& room, double scale, ImU32 colour, c
   bottom = top - rim / 2;
 }
 
-void drawMessages(const PictureSize& size, double scale, const Lines& room, const std::vector<std::string>& messages,
-                  const std::string& network, const std::string& hint) {
+void drawMessages(const PictureSize& size, double scale, const Lines& room, const TextLines& lines) {
   // Over the picture, and below the panels.
   ImDrawList& list = *ImGui::GetBackgroundDrawList();
   double bottom = size.height - 8 * scale;
-  if (!hint.empty()) drawLine(list, room, scale, dim(), hint, bottom);
-  if (!network.empty()) drawLine(list, room, scale, red(), network, bottom);
-  for (std::size_t i = messages.size(); i-- > 0;) drawLine(list, room, scale, gold(), messages[i], bottom);
+  if (!lines.hint.empty()) drawLine(list, room, scale, dim(), lines.hint, bottom);
+  if (!lines.network.empty()) drawLine(list, room, scale, red(), lines.network, bottom);
+  for (std::size_t i = lines.messages.size(); i-- > 0;) drawLine(list, room, scale, gold(), lines.messages[i], bottom);
 }
 
 // A bar of round length, in the corner without panels.
@@ -133,7 +134,7 @@ void drawRing(const PanelData& d, const ScreenPoint& place, ImU32 colour, const 
 bool isAhead(const std::optional<ScreenPoint>& place) { return place && place->depth_um > 0; }
 
 void drawHere(const PanelData& d) {
-  if (d.overview && isAhead(d.proxy)) drawRing(d, *d.proxy, gold(), "proxy");
+  if (d.hand.overview && isAhead(d.hand.proxy)) drawRing(d, *d.hand.proxy, gold(), "proxy");
 }
 
 // The line from a proxy to its hand.
@@ -149,13 +150,14 @@ void drawLineOfPull(const PanelData& d, const ScreenPoint& proxy, const ScreenPo
 }
 
 void drawPull(const PanelData& d) {
-  if (isAhead(d.proxy) && isAhead(d.hand)) drawLineOfPull(d, *d.proxy, *d.hand, d.force_N);
+  if (isAhead(d.hand.proxy) && isAhead(d.hand.hand)) drawLineOfPull(d, *d.hand.proxy, *d.hand.hand, d.force.now_N);
 }
 
 void drawCompanion(const PanelData& d) {
-  if (!isAhead(d.companion)) return;
-  drawRing(d, *d.companion, violet(), d.companion_name);
-  if (!d.overview && isAhead(d.companion_hand)) drawLineOfPull(d, *d.companion, *d.companion_hand, d.companion_force_N);
+  if (!isAhead(d.companion.proxy)) return;
+  drawRing(d, *d.companion.proxy, violet(), d.companion.name);
+  if (!d.hand.overview && isAhead(d.companion.hand))
+    drawLineOfPull(d, *d.companion.proxy, *d.companion.hand, d.companion.force_N);
 }
 
 void drawForce(const PanelData& d) {
@@ -163,11 +165,11 @@ void drawForce(const PanelData& d) {
   ImGui::SetNextWindowPos(vec(d.size.width - 10 * d.scale, 10 * d.scale), ImGuiCond_Always, vec(1, 0));
   ImGui::SetNextWindowBgAlpha(kPanelAlpha);
   ImGui::Begin("force", nullptr, kStill | ImGuiWindowFlags_NoInputs);
-  ImGui::Text("force %.2f N, last 4 s", d.force_N);
+  ImGui::Text("force %.2f N, last 4 s", d.force.now_N);
   const ImVec2 at = ImGui::GetCursorScreenPos();
   ImGui::Dummy(vec(width, height));
   ImDrawList& list = *ImGui::GetWindowDrawList();
-  const std::vector<float>& forces = *d.forces_N;
+  const std::vector<float>& forces = *d.force.last_N;
   double top = 0.5;
   for (const float force : forces) top = std::max(top, static_cast<double>(force));
   top = top <= 1 ? 1 : top <= 2 ? 2 : top <= 4 ? 4 : 8;
@@ -195,13 +197,13 @@ void drawForce(const PanelData& d) {
 }
 
 void drawPicture(const PanelData& d, PanelRequests& requests) {
-  if (d.picture.empty()) return;
+  if (d.picture.text.empty()) return;
   ImGui::SetNextWindowPos(vec(d.size.width - 10 * d.scale, d.size.height - 60 * d.scale), ImGuiCond_Always, vec(1, 1));
   ImGui::SetNextWindowBgAlpha(kPanelAlpha);
   ImGui::Begin("picture", nullptr, kStill);
-  ImGui::TextUnformatted(d.picture.c_str());
-  if (d.picture_part >= 0) {
-    ImGui::ProgressBar(static_cast<float>(d.picture_part), vec(220 * d.scale, 0));
+  ImGui::TextUnformatted(d.picture.text.c_str());
+  if (d.picture.part >= 0) {
+    ImGui::ProgressBar(static_cast<float>(d.picture.part), vec(220 * d.scale, 0));
     requests.cancel_picture = ImGui::Button("cancel (Esc)");
   }
   ImGui::End();
@@ -209,25 +211,25 @@ void drawPicture(const PanelData& d, PanelRequests& requests) {
 
 void drawMap(const PanelData& d, ImDrawList& list, const Minimap& map, const ImVec2& at, bool whole) {
   const auto place = [&](double x, double y) { return vec(at.x + x, at.y + y); };
-  const Minimap::Box all = map.box(d.lo_W, d.hi_W);
+  const Minimap::Box all = map.box(d.map.lo_W, d.map.hi_W);
   list.AddRect(place(all.left, all.top), place(all.right, all.bottom), IM_COL32(120, 135, 160, 255));
-  if (whole && d.visited_W.size() > 1)
-    for (std::size_t i = 1; i < d.visited_W.size(); ++i)
-      list.AddLine(place(map.x(d.visited_W[i - 1]), map.y(d.visited_W[i - 1])),
-                   place(map.x(d.visited_W[i]), map.y(d.visited_W[i])), IM_COL32(235, 200, 90, 70));
+  if (whole && d.map.visited_W.size() > 1)
+    for (std::size_t i = 1; i < d.map.visited_W.size(); ++i)
+      list.AddLine(place(map.x(d.map.visited_W[i - 1]), map.y(d.map.visited_W[i - 1])),
+                   place(map.x(d.map.visited_W[i]), map.y(d.map.visited_W[i])), IM_COL32(235, 200, 90, 70));
   if (whole) {
-    const Minimap::Box nested = map.box(d.centre_W, 10 * d.zoom_um, 0);
+    const Minimap::Box nested = map.box(d.map.centre_W, 10 * d.map.zoom_um, 0);
     list.AddRect(place(nested.left, nested.top), place(nested.right, nested.bottom), IM_COL32(120, 135, 160, 150));
   }
-  const Minimap::Box space = map.box(d.centre_W, d.zoom_um, 5 * d.scale);
+  const Minimap::Box space = map.box(d.map.centre_W, d.map.zoom_um, 5 * d.scale);
   list.AddRect(place(space.left, space.top), place(space.right, space.bottom), gold());
-  for (std::size_t i = 0; i < d.bookmarks_W.size(); ++i) {
-    const ImVec2 dot = place(map.x(d.bookmarks_W[i]), map.y(d.bookmarks_W[i]));
+  for (std::size_t i = 0; i < d.map.bookmarks_W.size(); ++i) {
+    const ImVec2 dot = place(map.x(d.map.bookmarks_W[i]), map.y(d.map.bookmarks_W[i]));
     list.AddCircleFilled(dot, static_cast<float>(2.5 * d.scale), IM_COL32(110, 190, 255, 255));
     list.AddText(vec(dot.x + 3 * d.scale, dot.y - 6 * d.scale), IM_COL32(110, 190, 255, 255),
-                 d.bookmark_names[i].c_str());
+                 d.map.bookmark_names[i].c_str());
   }
-  list.AddCircleFilled(place(map.x(d.proxy_W), map.y(d.proxy_W)), static_cast<float>(2.5 * d.scale), ink());
+  list.AddCircleFilled(place(map.x(d.map.proxy_W), map.y(d.map.proxy_W)), static_cast<float>(2.5 * d.scale), ink());
 }
 
 // Returns the place that the user clicked. Sets `right` to the panel's right edge, pixels.
@@ -238,15 +240,15 @@ std::optional<Vector3d> drawMinimap(const PanelData& d, double& right) {
   ImGui::SetNextWindowBgAlpha(kPanelAlpha);
   ImGui::Begin("minimap", nullptr, kStill);
   std::optional<Vector3d> clicked;
-  const Minimap whole(d.lo_W, d.hi_W, side, side);
-  const Minimap near = whole.around(d.centre_W, d.zoom_um, side / 2, side / 2);
+  const Minimap whole(d.map.lo_W, d.map.hi_W, side, side);
+  const Minimap near = whole.around(d.map.centre_W, d.map.zoom_um, side / 2, side / 2);
   ImDrawList& list = *ImGui::GetWindowDrawList();
   writeIn(dim(), "whole scene, front view");
   const auto map = [&](const char* name, const Minimap& shown, double across, bool all) {
     const ImVec2 at = ImGui::GetCursorScreenPos();
     if (ImGui::InvisibleButton(name, vec(across, across))) {
       const ImVec2 mouse = ImGui::GetIO().MousePos;
-      clicked = shown.toWorld(mouse.x - at.x, mouse.y - at.y, d.proxy_W.z());
+      clicked = shown.toWorld(mouse.x - at.x, mouse.y - at.y, d.map.proxy_W.z());
     }
     list.PushClipRect(at, vec(at.x + across, at.y + across), true);
     list.AddRectFilled(at, vec(at.x + across, at.y + across), IM_COL32(0, 0, 0, 60));
@@ -254,7 +256,7 @@ std::optional<Vector3d> drawMinimap(const PanelData& d, double& right) {
     list.PopClipRect();
   };
   map("whole", whole, side, true);
-  if (d.zoom_um * 10 < 0.7 * (d.hi_W - d.lo_W).head<2>().maxCoeff()) {
+  if (d.map.zoom_um * 10 < 0.7 * (d.map.hi_W - d.map.lo_W).head<2>().maxCoeff()) {
     ImGui::SameLine();
     map("near", near, side / 2, false);
   }
@@ -269,7 +271,7 @@ void drawSearch(const PanelData& d, bool& open, SearchPanel& search, PanelReques
   ImGui::Begin("go to", &open,
                ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoResize);
   writeIn(dim(),
-          d.attribute_names.empty()
+          d.colours.attributes.empty()
               ? "type a part of a cell's name, CELL:soma, CELL:ID, or X Y Z in \u00b5m; then Enter"
               : "type a part of a cell's name, CELL:soma, CELL:ID, X Y Z in \u00b5m, or ATTRIBUTE=VALUE; then Enter");
   if (search.focus) ImGui::SetKeyboardFocusHere();
@@ -341,15 +343,15 @@ void drawSettings(const PanelData& d, bool& open, Settings& settings, PanelReque
 }
 
 void drawTooltip(const PanelData& d) {
-  if (d.tooltip.empty()) return;
+  if (d.tooltip.text.empty()) return;
   ImDrawList& list = *ImGui::GetForegroundDrawList();
   const auto widest = static_cast<float>(std::max(60.0, std::min(d.size.width - 24 * d.scale, 600 * d.scale)));
-  const ImVec2 size = ImGui::CalcTextSize(d.tooltip.c_str(), nullptr, false, widest);
-  const double x = std::min(d.tooltip_x + 14 * d.scale, d.size.width - size.x - 12 * d.scale);
-  const double y = std::min(d.tooltip_y + 16 * d.scale, d.size.height - size.y - 12 * d.scale);
+  const ImVec2 size = ImGui::CalcTextSize(d.tooltip.text.c_str(), nullptr, false, widest);
+  const double x = std::min(d.tooltip.x + 14 * d.scale, d.size.width - size.x - 12 * d.scale);
+  const double y = std::min(d.tooltip.y + 16 * d.scale, d.size.height - size.y - 12 * d.scale);
   list.AddRectFilled(vec(x - 6 * d.scale, y - 4 * d.scale), vec(x + size.x + 6 * d.scale, y + size.y + 4 * d.scale),
                      ground(235), static_cast<float>(4 * d.scale));
-  list.AddText(ImGui::GetFont(), ImGui::GetFontSize(), vec(x, y), ink(), d.tooltip.c_str(), nullptr, widest);
+  list.AddText(ImGui::GetFont(), ImGui::GetFontSize(), vec(x, y), ink(), d.tooltip.text.c_str(), nullptr, widest);
 }
 
 }  // namespace
@@ -362,14 +364,14 @@ PanelRequests drawPanels(const PanelData& d, const TilePanel& tiles, OpenPanels&
   drawCompanion(d);
   drawScaleBar(d);
   Lines room{0, d.size.width - std::min(220 * d.scale, d.size.width / 4.0) - 20 * d.scale};  // left of the scale bar
-  const bool has_force = d.show_force && d.forces_N != nullptr && d.size.width >= 420 * d.scale;
+  const bool has_force = d.force.shown && d.force.last_N != nullptr && d.size.width >= 420 * d.scale;
   if (d.size.width >= 240 * d.scale && d.size.height >= 200 * d.scale) drawStatus(d, has_force);
   if (has_force) drawForce(d);
   drawPicture(d, requests);
   if (settings.show_minimap) requests.go_to_W = drawMinimap(d, room.left);
   if (settings.show_tiles) internal::drawTiles(d, tiles);
   internal::drawAttributes(d, requests);
-  if (open.cells.open && d.cells != nullptr) internal::drawCells(d, open.cells, requests);
+  if (open.cells.open && d.cells.table != nullptr) internal::drawCells(d, open.cells, requests);
   if (open.contacts.open && d.contacts != nullptr) internal::drawContacts(d, open.contacts, requests);
   if (open.settings) drawSettings(d, open.settings, settings, requests);
   if (open.help) internal::drawHelp(d, open.help);
@@ -378,14 +380,16 @@ PanelRequests drawPanels(const PanelData& d, const TilePanel& tiles, OpenPanels&
   // Centred in the window, if minimap and scale bar leave enough room.
   room.left = std::max(room.left, d.size.width - room.right) + 20 * d.scale;
   if (room.right - room.left < 240 * d.scale) room = {20 * d.scale, d.size.width - 20 * d.scale};
-  drawMessages(d.size, d.scale, room, d.messages, d.network, open.help ? std::string() : d.hint);
+  TextLines lines = d.lines;
+  if (open.help) lines.hint.clear();
+  drawMessages(d.size, d.scale, room, lines);
   drawTooltip(d);
   return requests;
 }
 
 void drawOpening(const PictureSize& size, double scale, const std::string& what, double since_s,
                  const std::vector<std::string>& messages) {
-  drawMessages(size, scale, {20 * scale, size.width - 20 * scale}, messages, {}, {});
+  drawMessages(size, scale, {20 * scale, size.width - 20 * scale}, {messages, {}, {}});
   ImGui::SetNextWindowPos(vec(size.width / 2.0, size.height / 2.0), ImGuiCond_Always, vec(0.5, 0.5));
   ImGui::Begin("opening", nullptr, kStill);
   showFitted(what, size.width - 40 * scale, scale);

@@ -121,10 +121,10 @@ TEST_F(Panels, TheHelpIsWholeInWindowsOfAnySize) {
 
 TEST_F(Panels, LongNamesEndBeforeTheNextPanelAndAreWholeUnderThePointer) {
   const std::vector<float> forces(100, 1);
-  data_.forces_N = &forces;
-  data_.show_force = true;
-  data_.scene = data_.cell = std::string(400, 'w');
-  data_.device = "mouse";
+  data_.force.last_N = &forces;
+  data_.force.shown = true;
+  data_.status.scene = data_.status.cell = std::string(400, 'w');
+  data_.status.device = "mouse";
   draw({1000, 700});
   EXPECT_LT(written("status").right, leftOf("force"));
   EXPECT_GT(written("status").right, 500);
@@ -139,35 +139,35 @@ TEST_F(Panels, LongNamesEndBeforeTheNextPanelAndAreWholeUnderThePointer) {
 TEST_F(Panels, TypesHaveALegendWithoutAttributesToo) {
   draw({1000, 700});
   EXPECT_EQ(listOf("attributes"), nullptr);
-  data_.legend = &legendOfTypes();
+  data_.colours.legend = &legendOfTypes();
   draw({1000, 700});
   EXPECT_GT(written("attributes").corners, 6 * 40);
 }
 
 TEST_F(Panels, ForceAndHandAreShownOnDemand) {
   const std::vector<float> forces(100, 1);
-  data_.forces_N = &forces;
-  data_.device = "mouse";
-  data_.mode = "constrained";
+  data_.force.last_N = &forces;
+  data_.status.device = "mouse";
+  data_.status.mode = "constrained";
   draw({1000, 700});
   EXPECT_EQ(listOf("force"), nullptr);
   const int corners = written("status").corners;
-  data_.show_force = true;
+  data_.force.shown = true;
   draw({1000, 700});
   EXPECT_NE(listOf("force"), nullptr);
   EXPECT_GT(written("status").corners, corners + 6 * 20);
 }
 
 TEST_F(Panels, MessagesEndBeforeTheMinimapAndTheScaleBar) {
-  data_.lo_W = Vector3d::Zero();
-  data_.hi_W = Vector3d(300, 300, 300);
-  data_.zoom_um = 100;
+  data_.map.lo_W = Vector3d::Zero();
+  data_.map.hi_W = Vector3d(300, 300, 300);
+  data_.map.zoom_um = 100;
   data_.um_px = 1;
-  data_.messages = {"a"};
+  data_.lines.messages = {"a"};
   draw({900, 600});
   const auto background = [&] { return written("##Background"); };
   const Written one = background();
-  data_.messages = {std::string("a word ") + std::string(300, 'm') + " and more words"};
+  data_.lines.messages = {std::string("a word ") + std::string(300, 'm') + " and more words"};
   draw({900, 600});
   EXPECT_GT(background().corners, one.corners + 300 * 6);
   EXPECT_GT(background().left, written("minimap").right);
@@ -175,18 +175,18 @@ TEST_F(Panels, MessagesEndBeforeTheMinimapAndTheScaleBar) {
 }
 
 TEST_F(Panels, ACompanionIsShownByNameAndPull) {
-  data_.companion_name = "anna";
+  data_.companion.name = "anna";
   draw({900, 600});
   const int none = written("##Background").corners;
-  data_.companion = ScreenPoint{400, 300, 50};
+  data_.companion.proxy = ScreenPoint{400, 300, 50};
   draw({900, 600});
   const int named = written("##Background").corners;
   EXPECT_GT(named, none);
-  data_.companion_hand = ScreenPoint{460, 300, 50};
-  data_.companion_force_N = 1.5;
+  data_.companion.hand = ScreenPoint{460, 300, 50};
+  data_.companion.force_N = 1.5;
   draw({900, 600});
   EXPECT_GT(written("##Background").corners, named) << "the force";
-  data_.companion->depth_um = -1;
+  data_.companion.proxy->depth_um = -1;
   draw({900, 600});
   EXPECT_EQ(written("##Background").corners, none) << "behind the eye";
 }
@@ -233,7 +233,7 @@ TEST_F(Panels, TheTableOfCellsWritesOnlyTheRowsInView) {
   const auto nothing = test::storeOf({});
   const ManyCells many(*nothing);
   internal::CellTable table(many, nullptr);
-  data_.cells = &table;
+  data_.cells.table = &table;
   open_.cells.open = true;
   table.open();
   draw({1000, 700});
@@ -254,12 +254,12 @@ TEST_F(Panels, TheTableOfCellsWritesOnlyTheRowsInView) {
 TEST_F(Panels, APictureThatIsDrawnTellsHowFarItIsAndOneThatIsWrittenCannotBeCancelled) {
   draw({1000, 700});
   EXPECT_EQ(listOf("picture"), nullptr);
-  data_.picture = "picture of 3000 x 2100 pixels";
-  data_.picture_part = 0.5;
+  data_.picture.text = "picture of 3000 x 2100 pixels";
+  data_.picture.part = 0.5;
   draw({1000, 700});
   const int drawn = written("picture").corners;
   EXPECT_FALSE(requests_.cancel_picture);
-  data_.picture_part = -1;
+  data_.picture.part = -1;
   draw({1000, 700});
   EXPECT_LT(written("picture").corners, drawn);
 }
@@ -286,10 +286,10 @@ TEST_F(Panels, LettersOfOtherScriptsAreThere) {
   const bool dejavu = internal::findFonts(internal::fontFolders()).front().filename() == "DejaVuSans.ttf";
   EXPECT_TRUE(!dejavu || font->FindGlyphNoFallback(0x10A0) != nullptr);
   // A character that no font has is drawn as one replacement sign.
-  data_.scene = "\U0001F9E0\uE123";
+  data_.status.scene = "\U0001F9E0\uE123";
   draw({1000, 700});
   const int two = written("status").corners;
-  data_.scene = "ab";
+  data_.status.scene = "ab";
   draw({1000, 700});
   EXPECT_EQ(written("status").corners, two);
 }
@@ -320,7 +320,7 @@ TEST_F(Panels, LettersWithoutAFontAreTheBuiltInOnes) {
   letters_.want("\u4E2D");
   letters_.build(2);
   EXPECT_NE(ImGui::GetIO().Fonts->Fonts[0]->FindGlyphNoFallback('a'), nullptr);
-  data_.scene = "\u4E2D";
+  data_.status.scene = "\u4E2D";
   draw({1000, 700}, 2);
   EXPECT_GT(written("status").corners, 6);
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <GLES3/gl3.h>
+#include <webgl/webgl2.h>  // glGetBufferSubData
 
 #define GL_STEREO 0x0C33
 #define GL_BACK_LEFT 0x0402

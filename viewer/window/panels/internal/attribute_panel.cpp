@@ -9,10 +9,11 @@
 namespace filiform::internal {
 
 void drawAttributes(const PanelData& d, PanelRequests& requests) {
-  const bool has_attributes = !d.attribute_names.empty();
-  if ((!has_attributes && d.legend == nullptr) || d.size.width < 480 * d.scale || d.size.height < 300 * d.scale) return;
+  const bool has_attributes = !d.colours.attributes.empty();
+  if ((!has_attributes && d.colours.legend == nullptr) || d.size.width < 480 * d.scale || d.size.height < 300 * d.scale)
+    return;
   const double width = 220 * d.scale;
-  const double top = d.show_force ? std::max(d.size.height * 0.22, 145 * d.scale) : 10 * d.scale;
+  const double top = d.force.shown ? std::max(d.size.height * 0.22, 145 * d.scale) : 10 * d.scale;
   ImGui::SetNextWindowPos(vec(d.size.width - 10 * d.scale, top), ImGuiCond_Always, vec(1, 0));
   ImGui::SetNextWindowSizeConstraints(vec(width, 0), vec(width, d.size.height * 0.5));
   ImGui::SetNextWindowBgAlpha(kPanelAlpha);
@@ -23,35 +24,37 @@ void drawAttributes(const PanelData& d, PanelRequests& requests) {
   if (has_attributes)
     writeIn(dim(), "colour by attribute");
   else
-    showFitted("coloured by " + (d.attribute.empty() ? "type" : d.attribute), width, d.scale);
+    showFitted("coloured by " + (d.colours.attribute.empty() ? "type" : d.colours.attribute), width, d.scale);
   ImGui::SetNextItemWidth(-1);
-  const std::string current = d.attribute.empty() ? "(none)" : fitted(d.attribute, static_cast<float>(width * 0.8));
+  const std::string current =
+      d.colours.attribute.empty() ? "(none)" : fitted(d.colours.attribute, static_cast<float>(width * 0.8));
   if (has_attributes && ImGui::BeginCombo("##attribute", current.c_str())) {
-    if (ImGui::Selectable("(none)", d.attribute.empty())) requests.attribute = "";
-    for (std::size_t i = 0; i < d.attribute_names.size(); ++i) {
+    if (ImGui::Selectable("(none)", d.colours.attribute.empty())) requests.attribute = "";
+    for (std::size_t i = 0; i < d.colours.attributes.size(); ++i) {
       ImGui::PushID(static_cast<int>(i));
       const ImVec2 at = ImGui::GetCursorScreenPos();
-      if (ImGui::Selectable("##name", d.attribute_names[i] == d.attribute)) requests.attribute = d.attribute_names[i];
-      ImGui::GetWindowDrawList()->AddText(at, ImGui::GetColorU32(ImGuiCol_Text), d.attribute_names[i].c_str());
+      if (ImGui::Selectable("##name", d.colours.attributes[i] == d.colours.attribute))
+        requests.attribute = d.colours.attributes[i];
+      ImGui::GetWindowDrawList()->AddText(at, ImGui::GetColorU32(ImGuiCol_Text), d.colours.attributes[i].c_str());
       ImGui::PopID();
     }
     ImGui::EndCombo();
   }
-  if (!d.legend_unit.empty()) writeIn(dim(), "in " + unitText(d.legend_unit));
-  if (!d.selection.empty()) showFitted(d.selection, width, d.scale);
-  if (d.selected && ImGui::SmallButton("select all")) requests.select_all = true;
-  if (d.legend != nullptr) {
+  if (!d.colours.unit.empty()) writeIn(dim(), "in " + unitText(d.colours.unit));
+  if (!d.colours.selection.empty()) showFitted(d.colours.selection, width, d.scale);
+  if (d.colours.selected && ImGui::SmallButton("select all")) requests.select_all = true;
+  if (d.colours.legend != nullptr) {
     const float line = ImGui::GetTextLineHeight();
-    for (std::size_t i = 0; i < d.legend->size(); ++i) {
-      const CellColours::Entry& entry = (*d.legend)[i];
+    for (std::size_t i = 0; i < d.colours.legend->size(); ++i) {
+      const CellColours::Entry& entry = (*d.colours.legend)[i];
       ImGui::PushID(static_cast<int>(1000 + i));
       const ImVec2 at = ImGui::GetCursorScreenPos();
-      if (ImGui::Selectable("##value", d.selected && entry.chosen, 0, ImVec2(0, line))) {
+      if (ImGui::Selectable("##value", d.colours.selected && entry.chosen, 0, ImVec2(0, line))) {
         requests.value = entry.value;
         requests.value_alone = !ImGui::GetIO().KeyCtrl;
       }
       ImDrawList& list = *ImGui::GetWindowDrawList();
-      const Rgba c = entry.chosen ? entry.colour : kUnchosenCell;
+      const Rgba c = entry.chosen ? entry.colour : d.colours.unchosen;
       list.AddRectFilled(vec(at.x, at.y + 0.15 * line), vec(at.x + 0.8 * line, at.y + 0.85 * line),
                          IM_COL32(c.r, c.g, c.b, 255));
       const std::string count = entry.cells > 0 ? formatCount(entry.cells) : std::string();

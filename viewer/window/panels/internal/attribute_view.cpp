@@ -20,6 +20,10 @@ void AttributeView::make() {
                                         : coloursByAttribute(*set_, *attributes_, attribute_, selection_);
 }
 
+void AttributeView::setTheme(Theme theme) {
+  if (std::exchange(selection_.theme, theme) != theme && colours_ != nullptr) make();
+}
+
 void AttributeView::colourBy(const std::string& attribute) {
   const std::string before = std::exchange(attribute_, attribute);
   auto numbers = std::exchange(numbers_, std::nullopt);
@@ -55,7 +59,7 @@ std::size_t AttributeView::select(const std::string& condition) {
   const std::size_t count = cells.size();
   if (count == 0) return 0;
   const std::string name = condition.substr(0, condition.find_first_of("=<>!"));
-  selection_ = {.only = std::move(cells), .values = {}};
+  selection_ = {.only = std::move(cells), .values = {}, .theme = selection_.theme};
   condition_ = condition;
   if (attribute_.empty()) attribute_ = name;
   make();
@@ -77,7 +81,7 @@ void AttributeView::toggle(const std::string& value, bool alone) {
 }
 
 void AttributeView::selectAll() {
-  selection_ = {};
+  selection_ = {.theme = selection_.theme};
   condition_.clear();
   make();
 }
@@ -88,11 +92,12 @@ bool AttributeView::isCondition(const std::string& text) const {
 
 void AttributeView::fill(PanelData& d) const {
   if (hasAttributes())
-    for (const CellAttributes::Column& column : attributes_->columns()) d.attribute_names.push_back(column.name);
-  d.attribute = attribute_;
-  d.selection = condition_;
-  if (colours_ != nullptr) d.legend = &colours_->legend, d.legend_unit = colours_->unit;
-  d.selected = selection_.only.has_value() || selection_.values.has_value();
+    for (const CellAttributes::Column& column : attributes_->columns()) d.colours.attributes.push_back(column.name);
+  d.colours.attribute = attribute_;
+  d.colours.selection = condition_;
+  if (colours_ != nullptr) d.colours.legend = &colours_->legend, d.colours.unit = colours_->unit;
+  d.colours.unchosen = unchosenOn(selection_.theme);
+  d.colours.selected = selection_.only.has_value() || selection_.values.has_value();
 }
 
 void AttributeView::describe(nlohmann::ordered_json& json) const {

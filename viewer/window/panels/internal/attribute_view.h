@@ -41,6 +41,9 @@ class AttributeView {
   void toggle(const std::string& value, bool alone);
   void selectAll();
 
+  // Cells that are not selected recede on this theme's ground. Throws as the above.
+  void setTheme(Theme theme);
+
   // True if the text has the form of a condition, so that the search box passes it to select().
   bool isCondition(const std::string& text) const;
 

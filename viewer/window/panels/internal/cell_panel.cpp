@@ -72,7 +72,7 @@ void drawHead(const PanelData& d, CellTable& table, std::size_t column, PanelReq
   if (!c.colouring.empty()) {
     const ImVec2 at = ImGui::GetCursorScreenPos();
     const float side = 0.7F * line, top = at.y + 0.15F * line;
-    const bool is_used = d.attribute == c.colouring;
+    const bool is_used = d.colours.attribute == c.colouring;
     if (ImGui::InvisibleButton("##colour", vec(side, line))) requests.attribute = is_used ? "" : c.colouring;
     if (ImGui::IsItemHovered()) showWhole(is_used ? "no colours by this" : "colour by this", d.scale);
     constexpr int kBars = 3;
@@ -108,7 +108,7 @@ void drawRow(const PanelData& d, const CellTable& table, const std::vector<std::
   for (const std::size_t column : shown) {
     ImGui::TableNextColumn();
     if (column == 0) {
-      if (ImGui::Selectable("##cell", d.chosen_cell == cell,
+      if (ImGui::Selectable("##cell", d.cells.chosen == cell,
                             ImGuiSelectableFlags_SpanAllColumns | ImGuiSelectableFlags_AllowDoubleClick)) {
         requests.choose_cell = cell;
         if (ImGui::IsMouseDoubleClicked(0)) requests.go_to_cell = cell;
@@ -126,7 +126,7 @@ void drawRow(const PanelData& d, const CellTable& table, const std::vector<std::
 
 // `step`: chooses the cell so many rows below the chosen one.
 void drawTable(const PanelData& d, CellPanel& panel, int step, PanelRequests& requests) {
-  CellTable& table = *d.cells;
+  CellTable& table = *d.cells.table;
   std::vector<std::size_t> shown;
   for (std::size_t i = 0; i < table.columns().size() && shown.size() < 32; ++i)  // Dear ImGui has at most 64
     if (table.columns()[i].is_shown) shown.push_back(i);
@@ -153,7 +153,7 @@ void drawTable(const PanelData& d, CellPanel& panel, int step, PanelRequests& re
     const std::vector<std::uint32_t>& rows = table.rows();
     const float line = ImGui::GetTextLineHeight() + 2 * ImGui::GetStyle().CellPadding.y;
     if (step != 0 && !rows.empty()) {
-      const auto at = d.chosen_cell ? std::find(rows.begin(), rows.end(), *d.chosen_cell) : rows.end();
+      const auto at = d.cells.chosen ? std::find(rows.begin(), rows.end(), *d.cells.chosen) : rows.end();
       const auto row =
           at == rows.end() ? 0 : std::clamp<std::ptrdiff_t>(at - rows.begin() + step, 0, std::ssize(rows) - 1);
       requests.choose_cell = rows[static_cast<std::size_t>(row)];
@@ -175,7 +175,7 @@ void drawTable(const PanelData& d, CellPanel& panel, int step, PanelRequests& re
 }  // namespace
 
 void drawCells(const PanelData& d, CellPanel& panel, PanelRequests& requests) {
-  CellTable& table = *d.cells;
+  CellTable& table = *d.cells.table;
   const double width = std::min(460 * d.scale, d.size.width - 20 * d.scale);
   ImGui::SetNextWindowPos(vec(10 * d.scale, std::min(180 * d.scale, 0.25 * d.size.height)), ImGuiCond_FirstUseEver);
   ImGui::SetNextWindowSize(vec(width, std::min(380 * d.scale, 0.7 * d.size.height)), ImGuiCond_FirstUseEver);
@@ -193,8 +193,8 @@ void drawCells(const PanelData& d, CellPanel& panel, PanelRequests& requests) {
     drawTable(d, panel, step, requests);
     const std::vector<std::uint32_t>& rows = table.rows();
     if (entered && !rows.empty() && !table.isListing()) {
-      const bool has_chosen = d.chosen_cell && std::find(rows.begin(), rows.end(), *d.chosen_cell) != rows.end();
-      requests.choose_cell = requests.go_to_cell = has_chosen ? *d.chosen_cell : rows.front();
+      const bool has_chosen = d.cells.chosen && std::find(rows.begin(), rows.end(), *d.cells.chosen) != rows.end();
+      requests.choose_cell = requests.go_to_cell = has_chosen ? *d.cells.chosen : rows.front();
     }
   }
   ImGui::End();

@@ -88,7 +88,8 @@ void showTileMap(const PanelData& d, const TilePanel& t) {
     if (box.state != TileState::absent) list.AddRectFilled(from, to, (colour & 0x00FFFFFFU) | 0x60000000U);
     list.AddRect(from, to, colour);
   }
-  list.AddCircleFilled(vec(at.x + map.x(d.proxy_W), at.y + map.y(d.proxy_W)), static_cast<float>(3 * d.scale), ink());
+  list.AddCircleFilled(vec(at.x + map.x(d.map.proxy_W), at.y + map.y(d.map.proxy_W)), static_cast<float>(3 * d.scale),
+                       ink());
   ImGui::PushTextWrapPos(static_cast<float>(side));
   writeIn(dim(), counted(t.boxes.size(), "tile") + " nearest to the proxy, front view");
   ImGui::PopTextWrapPos();
