@@ -16,7 +16,8 @@ void requireNumpy() {
     throw py::import_error("filiform needs NumPy, which is not installed: pip install \"numpy<2\"");
   }
   if (std::stoi(version) >= 2 && PYBIND11_VERSION_HEX < 0x020C0000)
-    throw py::import_error("this build of filiform needs NumPy 1, and NumPy " + version + " is installed: pip install \"numpy<2\"");
+    throw py::import_error("this build of filiform needs NumPy 1, and NumPy " + version +
+                           " is installed: pip install \"numpy<2\"");
 }
 
 }  // namespace

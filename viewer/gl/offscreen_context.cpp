@@ -15,8 +15,8 @@ namespace filiform {
 namespace {
 
 const char* const kAdvice =
-    "install Mesa's software renderer (Debian: apt-get install libegl1 libopengl0 libgl1-mesa-dri), which needs neither a display "
-    "nor a graphics card";
+    "install Mesa's software renderer (Debian: apt-get install libegl1 libopengl0 libgl1-mesa-dri), which "
+    "needs neither a display nor a graphics card";
 
 [[noreturn]] void fail(const std::string& what) {
   throw GraphicsError("OpenGL 3.3 is not available: " + what + "; " + kAdvice);
