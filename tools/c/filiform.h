@@ -28,8 +28,8 @@
  *   filiform_query query = FILIFORM_INIT(query);
  *
  * 0 means the default in every option. The library takes each size that the struct had in a version since 0.1; members
- * that it lacks are 0, and are not written. Another size is FILIFORM_USAGE. All other structs, such as filiform_hit, never
- * change.
+ * that it lacks are 0, and are not written. Another size is FILIFORM_USAGE. All other structs, such as filiform_hit,
+ * never change.
  *
  * Handles (filiform_set, filiform_cell, filiform_travel) are not pointers to memory. A null, closed or invented handle
  * gives FILIFORM_USAGE. Each handle must be closed. Closing NULL does nothing.
@@ -71,11 +71,11 @@ extern "C" {
 
 /* Initialises a struct that begins with struct_size. */
 #ifdef __cplusplus
-#define FILIFORM_INIT(variable)                                     \
-  ([] {                                                             \
-    decltype(variable) initial = decltype(variable)();              \
+#define FILIFORM_INIT(variable)                                    \
+  ([] {                                                            \
+    decltype(variable) initial = decltype(variable)();             \
     initial.struct_size = static_cast<uint32_t>(sizeof(variable)); \
-    return initial;                                                 \
+    return initial;                                                \
   }())
 #else
 #define FILIFORM_INIT(variable) \
@@ -283,8 +283,8 @@ typedef enum filiform_attribute_type {
 } filiform_attribute_type;
 
 typedef struct filiform_attribute {
-  const char* name;  /* valid until the set is closed */
-  uint32_t type;     /* a filiform_attribute_type */
+  const char* name; /* valid until the set is closed */
+  uint32_t type;    /* a filiform_attribute_type */
   uint32_t reserved;
   uint64_t values; /* cells that have one */
 } filiform_attribute;
@@ -423,8 +423,8 @@ typedef struct filiform_ingest_result {
   uint64_t passed_over;                        /* files of folders and archives that are no inputs */
 } filiform_ingest_result;
 
-/* Builds a tile set in the folder `output` from files, folders, archives or one circuit: `count` paths. Publishes at once: a
- * failure leaves an existing set unchanged. Inputs that cannot be used are counted in `refused`; the others are
+/* Builds a tile set in the folder `output` from files, folders, archives or one circuit: `count` paths. Publishes at
+ * once: a failure leaves an existing set unchanged. Inputs that cannot be used are counted in `refused`; the others are
  * ingested. `options` and `result` may be NULL. The caller sets result->struct_size.
  * FILIFORM_INPUT: the set exists, or no input is usable. FILIFORM_INTERRUPTED: `progress` asked to stop. */
 FILIFORM_API int filiform_ingest(const char* const* inputs, size_t count, const char* output,
