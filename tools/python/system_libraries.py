@@ -55,7 +55,10 @@ def platform_tag(things):
     machine = platform.machine()
     glibc = 17
     for thing in things:
-        for kind, version in re.findall(r"Name: (GLIBC|GLIBCXX)_([\d.]+)", _told("readelf", "-V", "-W", thing)):
+        needed = _told("readelf", "-V", "-W", thing)
+        if "GLIBC_ABI_DT_RELR" in needed:
+            glibc = max(glibc, 36)
+        for kind, version in re.findall(r"Name: (GLIBC|GLIBCXX)_([\d.]+)", needed):
             number = tuple(map(int, version.split(".")))
             known = [n for cxx, n in GLIBC_OF_GLIBCXX if number <= cxx] if kind == "GLIBCXX" else [number[1]]
             if not known:
