@@ -32,6 +32,7 @@ constexpr const char* kDeviceProgram = "filiform-device";
 constexpr int kChildSocket = 3;
 constexpr double kOpening_s = 15;  // of a device: loading a Falcon's firmware takes 3 s
 constexpr int kEnd_ms = 500, kDoubtfulEnd_ms = 150, kLost_ms = 200, kRescue_ms = 1000, kRescues = 3;
+constexpr int kLook_ms = 20, kLooks = 8;  // the watcher looks so often at an exchange that does not end
 
 struct OwnedEnd {
   int number = -1;
@@ -84,6 +85,7 @@ struct ProcessDevice::Impl {
   std::atomic<const char*> last_words{""};
   std::atomic<bool> lost{false}, silent{false}, ends{false};  // silent: lost because it did not answer
   std::atomic<bool> placed{false};                            // the first exchange() since open() has been
+  std::atomic<std::uint64_t> begins_and_ends{0};              // of exchanges; odd: one is under way
   OwnedEnd wake{::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)};
   std::optional<BridgeDevice> bridge;
   std::thread watcher;
@@ -210,6 +212,8 @@ struct ProcessDevice::Impl {
   }
 
   void watch() noexcept {
+    std::uint64_t seen_before = 0;
+    int looks = 0;
     while (!ends) {
       int output = -1;
       {
@@ -217,11 +221,17 @@ struct ProcessDevice::Impl {
         if (watched) output = child.output.number;
       }
       std::array<pollfd, 2> ready{pollfd{wake.number, POLLIN, 0}, pollfd{output, 0, 0}};  // POLLHUP alone
-      ::poll(ready.data(), ready.size(), -1);
+      const int events = ::poll(ready.data(), ready.size(), output < 0 ? -1 : kLook_ms);
       std::uint64_t count = 0;
       (void)!::read(wake.number, &count, sizeof count);
       const std::lock_guard lock(mutex);
       if (!watched || child.output.number != output) continue;
+      // A driver that spins keeps the core from the thread that waits for it: that thread cannot tell. Looks are
+      // counted, not time: this program may have been stopped.
+      const std::uint64_t seen = begins_and_ends.load(std::memory_order_acquire);
+      looks = events == 0 && seen % 2 == 1 && seen == seen_before ? looks + 1 : 0;
+      seen_before = seen;
+      if (looks >= kLooks) silent = lost = true;
       const bool ended = (ready[1].revents & (POLLHUP | POLLERR)) != 0;
       if (!ended && !lost) continue;
       // A driver that says that its device is lost is closing it, with zero force; one that is silent hangs.
@@ -237,8 +247,8 @@ struct ProcessDevice::Impl {
     (void)!::write(wake.number, &one, sizeof one);
   }
 
-  // A process that sleeps on another core takes 60 us longer to wake. Other threads can be moved away from those with
-  // real-time priority, so only these stay.
+  // A process that sleeps on another core takes 60 us longer to wake. A thread without real-time priority may have to
+  // leave the core to one that has it, so it is not kept there.
   void placeOnOneCore() const noexcept {
     int policy = SCHED_OTHER;
     sched_param priority{};
@@ -318,7 +328,9 @@ void ProcessDevice::close() noexcept {
 
 DeviceState ProcessDevice::exchange(const Wrench& wrench) noexcept {
   if (!impl_->placed.exchange(true, std::memory_order_relaxed)) impl_->placeOnOneCore();
+  impl_->begins_and_ends.fetch_add(1, std::memory_order_relaxed);
   const DeviceState state = impl_->bridge->exchange(wrench);
+  impl_->begins_and_ends.fetch_add(1, std::memory_order_release);
   if (state.status == DeviceStatus::fault && !impl_->lost) {
     impl_->silent = impl_->bridge->isSilent();
     impl_->lost = true;

@@ -479,7 +479,7 @@ static void serve(struct bridge* b) {
       print_said(b, NULL);
     else if (b->said != NULL)
       b->spoken = b->said;
-    else if (b->spoken == NULL || now_ns - b->spoken_ns > kLastFrames_ns)
+    else if (b->spoken == NULL || b->spoken[0] == 0 || now_ns - b->spoken_ns > kLastFrames_ns)
       b->spoken = kLost;
     answer(b);
     if (acts && b->device->exchange != NULL)

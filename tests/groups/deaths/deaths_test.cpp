@@ -128,8 +128,10 @@ class BridgeHardware : public Hardware {
   test::BridgeProcess bridge_{folder_.file("b"), folder_.file("log")};
 };
 
-// Moves a process's stack pointer to where no stack is, as a recursion without end does.
-void overflowStackOf(int process) {
+enum class Injury : std::uint8_t { overflow, spin };
+
+// Moves a process's stack pointer to where no stack is, as a recursion without end does; or has it spin where it is.
+void injure(int process, Injury injury) {
   ASSERT_EQ(::ptrace(PTRACE_SEIZE, process, nullptr, nullptr), 0) << std::strerror(errno);
   ASSERT_EQ(::ptrace(PTRACE_INTERRUPT, process, nullptr, nullptr), 0) << std::strerror(errno);
   ASSERT_EQ(::waitpid(process, nullptr, __WALL), process);
@@ -137,10 +139,14 @@ void overflowStackOf(int process) {
   iovec all{&registers, sizeof registers};
   ASSERT_EQ(::ptrace(PTRACE_GETREGSET, process, NT_PRSTATUS, &all), 0) << std::strerror(errno);
 #if defined(__x86_64__)
-  registers.rsp = 4096;
+  auto &stack = registers.rsp, &next = registers.rip;
+  constexpr long kToItself = 0xfeeb;  // jmp
 #else
-  registers.sp = 4096;
+  auto &stack = registers.sp, &next = registers.pc;
+  constexpr long kToItself = 0x14000000;  // b
 #endif
+  if (injury == Injury::overflow) stack = 4096;
+  if (injury == Injury::spin) ASSERT_EQ(::ptrace(PTRACE_POKETEXT, process, next, kToItself), 0) << std::strerror(errno);
   ASSERT_EQ(::ptrace(PTRACE_SETREGSET, process, NT_PRSTATUS, &all), 0) << std::strerror(errno);
   ASSERT_EQ(::ptrace(PTRACE_DETACH, process, nullptr, nullptr), 0) << std::strerror(errno);
 }
@@ -148,7 +154,7 @@ void overflowStackOf(int process) {
 struct Death {
   const char* who;
   const char* how;
-  int signal;  // to the program or the device process; 0: a process whose stack overflows, or a program by itself
+  int signal;  // to the program or the device process; 0: an injury of the process, or a program by itself
 };
 
 constexpr Death kOfProgram[] = {
@@ -158,6 +164,7 @@ constexpr Death kOfDeviceProcess[] = {{"device process", "SIGKILL", SIGKILL},
                                       {"device process", "crash in the exchange", SIGSEGV},
                                       {"device process", "hang in the exchange", SIGSTOP},
                                       {"device process", "overflow", 0},
+                                      {"device process", "spin in the exchange", 0},
                                       {"device process", "SIGTERM", SIGTERM}};
 
 // Lets the program render 1 N, lets it die, and prints a row. Returns the last force.
@@ -171,7 +178,7 @@ double lastForceAfter(Hardware& hardware, const Death& death, const std::string&
   if (death.who == std::string("device"))
     hardware.unplug();
   else if (of_device && death.signal == 0)
-    overflowStackOf(device_process);
+    injure(device_process, death.how == std::string("overflow") ? Injury::overflow : Injury::spin);
   else if (of_device)
     ::kill(device_process, death.signal);
   else
