@@ -32,7 +32,7 @@ constexpr const char* kDeviceProgram = "filiform-device";
 constexpr int kChildSocket = 3;
 constexpr double kOpening_s = 15;  // of a device: loading a Falcon's firmware takes 3 s
 constexpr int kEnd_ms = 500, kDoubtfulEnd_ms = 150, kLost_ms = 200, kRescue_ms = 1000, kRescues = 3;
-constexpr int kLook_ms = 20, kLooks = 8;  // the watcher looks so often at an exchange that does not end
+constexpr int kLook_ms = 20, kLooks = 6;  // the watcher looks so often at an exchange that does not end
 
 struct OwnedEnd {
   int number = -1;

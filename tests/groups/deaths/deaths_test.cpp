@@ -146,7 +146,8 @@ void injure(int process, Injury injury) {
   constexpr long kToItself = 0x14000000;  // b
 #endif
   if (injury == Injury::overflow) stack = 4096;
-  if (injury == Injury::spin) ASSERT_EQ(::ptrace(PTRACE_POKETEXT, process, next, kToItself), 0) << std::strerror(errno);
+  ASSERT_TRUE(injury != Injury::spin || ::ptrace(PTRACE_POKETEXT, process, next, kToItself) == 0)
+      << std::strerror(errno);
   ASSERT_EQ(::ptrace(PTRACE_SETREGSET, process, NT_PRSTATUS, &all), 0) << std::strerror(errno);
   ASSERT_EQ(::ptrace(PTRACE_DETACH, process, nullptr, nullptr), 0) << std::strerror(errno);
 }
