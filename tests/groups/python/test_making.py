@@ -378,6 +378,26 @@ def test_export_is_that_of_the_program(example, tmp_path):
     assert (tmp_path / "one.swc").read_text().startswith("# L5_1") and sorted(p.name for p in (tmp_path / "some").iterdir()) == ["L5_1.obj", "L5_2.obj"]
 
 
+def test_export_spares_the_set_and_needs_a_cell(example, tmp_path):
+    ff.ingest(sorted(example.glob("*.swc")), tmp_path / "a.fil")
+    (tmp_path / "link").symlink_to(tmp_path / "a.fil" / "CURRENT")
+    (tmp_path / "hard.swc").hardlink_to(tmp_path / "a.fil" / "CURRENT")
+    before = {p: p.read_bytes() for p in (tmp_path / "a.fil").rglob("*") if p.is_file()}
+    with ff.open(tmp_path / "a.fil") as s:
+        for name in "a.fil/CURRENT", "link", "hard.swc":
+            with pytest.raises(ValueError, match="is a file of the tile set; name another file"):
+                s.export(tmp_path / name, "L5_1")
+        for name in "none.zip", "none.swc", "none/", "none.precomputed":
+            with pytest.raises(ValueError, match="no cell is chosen"):
+                s.export(f"{tmp_path}/{name}", [])
+            assert not (tmp_path / name).exists()
+        with pytest.raises(ValueError, match="no cell is chosen"):
+            s.export(tmp_path / "none.zip", "L4_1", type="99")
+    program = subprocess.run([PROGRAM, "export", tmp_path / "a.fil", "--cell", "L5_1", "-o", tmp_path / "link"], capture_output=True, text=True)
+    assert program.returncode != 0 and "is a file of the tile set" in program.stderr
+    assert before == {p: p.read_bytes() for p in (tmp_path / "a.fil").rglob("*") if p.is_file()}
+
+
 def test_ctrl_c_ends_an_ingest_of_arrays(tmp_path):
     code = (
         "import sys, numpy as np, filiform as ff\n"

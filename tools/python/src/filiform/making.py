@@ -184,7 +184,8 @@ def ingest(
         ``vertices`` and ``edges``; graphs of networkx from child to parent; each `Cell`. Ids and order of nodes stay.
         Or a `Set`, or a `CellList` of one: its cells with their attributes.
     output : the folder of the set, such as ``"column.fil"``.
-    unit : of the files: ``"um"``, ``"nm"``, ``"mm"``, or the size of a voxel, such as ``"8nm"`` or ``"8,8,30nm"``.
+    unit : of the files, and of neurons that state none: ``"um"``, ``"nm"``, ``"mm"``, or the size of a voxel, such as
+        ``"8nm"`` or ``"8,8,30nm"``.
     version : of neurons that a NeuroMorpho archive holds twice: ``"cng"``, ``"source"`` or ``"both"``.
     ids, where, box : of Neuroglancer skeletons, the objects to read: ids or a file of them, one a line; conditions on
         segment properties, such as ``"layer>=4"``; a box (2, 3), um. Of a set: conditions and box choose cells.
