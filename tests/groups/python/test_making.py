@@ -232,8 +232,9 @@ def test_other_mistakes_are_named(tmp_path, example):
         (dict(inputs=swc, cells="x"), ValueError, "cells, type: choose from a tile set; inputs is none"),
         (dict(inputs=swc, key="name"), ValueError, "attributes, key: go together"),
         (dict(inputs=swc, attributes=example / "layers.csv"), ValueError, "attributes and key go together"),
-        (dict(inputs=swc, delete=True), ValueError, "delete belongs to sync"),
-        (dict(inputs=swc, sync=True, add=True), ValueError, "sync adds and removes by itself"),
+        (dict(inputs=swc, delete=True), ValueError, r"delete belongs to sync; filiform.remove\(\) removes one cell"),
+        (dict(inputs=swc, sync=True, add=True), ValueError, "sync adds and removes by itself; leave out add$"),
+        (dict(inputs=swc, force=True, add=True), ValueError, "leave it out with add and sync$"),
         (dict(inputs=swc, connections=0), ValueError, "connections"),
         (dict(inputs=swc, population="p"), ValueError, "population and morphologies are for one circuit_config.json"),
         (dict(inputs=example / "column.fil", unit="nm"), ValueError, "unit: is for files of neurons; inputs is a tile set"),
@@ -381,7 +382,7 @@ def test_export_is_that_of_the_program(example, tmp_path):
 def test_export_spares_the_set_and_needs_a_cell(example, tmp_path):
     ff.ingest(sorted(example.glob("*.swc")), tmp_path / "a.fil")
     (tmp_path / "link").symlink_to(tmp_path / "a.fil" / "CURRENT")
-    (tmp_path / "hard.swc").hardlink_to(tmp_path / "a.fil" / "CURRENT")
+    os.link(tmp_path / "a.fil" / "CURRENT", tmp_path / "hard.swc")
     before = {p: p.read_bytes() for p in (tmp_path / "a.fil").rglob("*") if p.is_file()}
     with ff.open(tmp_path / "a.fil") as s:
         for name in "a.fil/CURRENT", "link", "hard.swc":
