@@ -131,7 +131,8 @@ void cutSegment(const NeuriteDensity& grid, const Vector3d& from_W, const Vector
   }
 }
 
-// The lengths of groups, some of a group in parts. Merges them when they have doubled.
+// The lengths of groups, some of a group in parts. Merges them when they have doubled, or when a quarter of the limit
+// has come.
 class GroupLengths {
  public:
   explicit GroupLengths(std::uint64_t most) : most_(most) {}
@@ -141,7 +142,11 @@ class GroupLengths {
       parts_.back().length_um += part.length_um;
       return;
     }
-    if (parts_.size() >= std::max<std::size_t>(2 * merged_, kLeast)) merge();
+    if (parts_.size() >= full_) {
+      merge();
+      full_ = std::max(std::min(2 * parts_.size(), parts_.size() + most_ / 4), kLeast);
+      parts_.reserve(full_);
+    }
     parts_.push_back(part);
   }
   std::vector<DensityGroup> take() {
@@ -155,7 +160,10 @@ class GroupLengths {
     return std::tie(a.box, a.cell, a.type) < std::tie(b.box, b.cell, b.type);
   }
   void merge() {
-    std::stable_sort(parts_.begin(), parts_.end(), isLower);  // the sums do not depend on the sort
+    // In place, where a stable sort takes a buffer; ordered by length too, so the sums do not depend on the sort.
+    std::sort(parts_.begin(), parts_.end(), [](const DensityGroup& a, const DensityGroup& b) {
+      return std::tie(a.box, a.cell, a.type, a.length_um) < std::tie(b.box, b.cell, b.type, b.length_um);
+    });
     std::size_t kept = 0;
     for (std::size_t i = 0; i < parts_.size(); ++i) {
       if (kept > 0 && !isLower(parts_[kept - 1], parts_[i]))
@@ -164,14 +172,13 @@ class GroupLengths {
         parts_[kept++] = parts_[i];
     }
     parts_.resize(kept);
-    merged_ = kept;
     if (kept > most_)
       throw UsageError("more than " + formatCount(most_) +
                        " groups of boxes, cells and types: give a larger step or fewer cells");
   }
 
-  const std::uint64_t most_;
-  std::size_t merged_ = 0;
+  const std::size_t most_;
+  std::size_t full_ = kLeast;
   std::vector<DensityGroup> parts_;
 };
 

@@ -55,8 +55,9 @@ struct NeuriteDensity {
 // that of the segments, up to rounding. Reads each tile once, in their order, and before that the tiles that hold
 // segments of somata. The same bits for any number of threads. Throws UsageError for a step that is not above 0, and
 // for a grid of more than most_boxes, with their number, or more groups; what the store throws. Thread rule: any thread
-// but the haptic one. Memory: 8 bytes a box, and what forEachSegment() takes. O(segments + planes that they cross +
-// boxes), and with groups a sort of them.
+// but the haptic one. Memory: 8 bytes a box, with groups up to 60 bytes for each of most_boxes while
+// they are merged, and what forEachSegment() takes. O(segments + planes that they cross + boxes), and with groups a
+// sort of them.
 NeuriteDensity densityOf(const TileStore& store, const DensityOptions& options);
 
 }  // namespace filiform

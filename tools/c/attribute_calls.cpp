@@ -7,6 +7,8 @@
 #include "tools/words/measure_table.h"
 
 #include <algorithm>
+#include <iterator>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -39,6 +41,17 @@ std::vector<std::uint32_t> cellsOf(const OpenSet& scene, const std::uint32_t* ce
   for (std::uint32_t id = 0; id < scene.set->cell_count(); ++id)
     if (!scene.set->cell(id).removed) ids.push_back(id);
   return ids;
+}
+
+// The values of both; nothing stands for all values.
+template <typename Value>
+std::optional<std::vector<Value>> inBoth(std::optional<std::vector<Value>> a, std::optional<std::vector<Value>> b) {
+  if (!a || !b) return a ? a : b;
+  for (auto* list : {&*a, &*b}) std::sort(list->begin(), list->end());
+  std::vector<Value> both;
+  std::set_intersection(a->begin(), a->end(), b->begin(), b->end(), std::back_inserter(both));
+  both.erase(std::unique(both.begin(), both.end()), both.end());
+  return both;
 }
 
 Vector3d cornerFrom(const double values[3], const char* name) {
@@ -150,12 +163,17 @@ int filiform_measure(filiform_set* set, const uint32_t* cells, size_t cell_count
     const HeldSet held(set, "set");
     const std::vector<const Feature*> wanted = tools::parseFeatures(required(features, "features"), "features");
     const std::vector<std::uint32_t> ids = cellsOf(**held, cells, cell_count);
+    std::vector<std::uint32_t> measured = ids;
+    std::sort(measured.begin(), measured.end());
+    measured.erase(std::unique(measured.begin(), measured.end()), measured.end());
     const std::vector<std::vector<double>> by_feature =
-        tools::measureValues(*(*held)->set, ids, wanted, 1, [](const auto&, std::size_t) {});
+        tools::measureValues(*(*held)->set, measured, wanted, 1, [](const auto&, std::size_t) {});
     std::vector<double> table;
     table.reserve(ids.size() * wanted.size());
-    for (std::size_t row = 0; row < ids.size(); ++row)
-      for (const std::vector<double>& column : by_feature) table.push_back(column[row]);
+    for (const std::uint32_t id : ids) {
+      const auto at = std::lower_bound(measured.begin(), measured.end(), id) - measured.begin();
+      for (const std::vector<double>& column : by_feature) table.push_back(column[static_cast<std::size_t>(at)]);
+    }
     *values = arrayOf(table);
     *rows = ids.size();
     *columns = wanted.size();
@@ -167,22 +185,22 @@ int filiform_open_filtered(filiform_set* set, const filiform_filter* filter, fil
     *required(filtered, "filtered") = nullptr;
     const HeldSet held(set, "set");
     const filiform_filter asked = *sized(filter, "filter");
-    tools::FilterParts parts;
-    if (asked.types != nullptr) parts.types.assign(asked.types, asked.types + asked.type_count);
+    NearestOptions search = (*held)->search;
+    std::optional<std::vector<std::uint16_t>> types;
+    if (asked.types != nullptr) types.emplace(asked.types, asked.types + asked.type_count);
+    if (!search.filter.types.empty()) types = inBoth(std::move(types), std::optional(search.filter.types));
     const std::vector<std::string> where =
         textsOf(asked.where, asked.where == nullptr ? 0 : asked.where_count, "where");
-    if (!where.empty()) parts.met = cellsMeeting(*(*held)->files, where);
+    std::optional<std::vector<std::uint32_t>> cells = search.filter.cells;
+    if (!where.empty()) cells = inBoth(std::move(cells), std::optional(cellsMeeting(*(*held)->files, where)));
     if (asked.cells != nullptr) {
       std::vector<std::uint32_t> ids = cellsOf(**held, asked.cells, asked.cell_count);
       std::sort(ids.begin(), ids.end());
       ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
-      if (parts.met)
-        std::erase_if(*parts.met, [&](std::uint32_t c) { return !std::binary_search(ids.begin(), ids.end(), c); });
-      else
-        parts.met = std::move(ids);
+      cells = inBoth(std::move(cells), std::optional(std::move(ids)));
     }
-    NearestOptions search = (*held)->search;
-    search.filter = tools::filterOf((*held)->set->cell_count(), std::move(parts));
+    if (types && types->empty()) cells.emplace();  // an empty list of types would be all types
+    search.filter = {std::move(cells), std::move(types).value_or(std::vector<std::uint16_t>())};
     auto opened = std::make_shared<SetHandle>(std::make_shared<OpenSet>((*held)->files, search));
     *filtered = static_cast<filiform_set*>(HandleTable::ofProcess().add(HandleKind::set, std::move(opened)));
   });

@@ -9,6 +9,7 @@
 #include <exception>
 #include <string_view>
 #include <system_error>
+#include <utility>
 
 namespace filiform::c {
 
@@ -25,11 +26,24 @@ int failWith(int status, std::string_view text) noexcept {
   return status;
 }
 
+// Options that filiform.h names otherwise or lacks.
+constexpr std::pair<std::string_view, std::string_view> kWords[] = {
+    {"make one with filiform ingest", "make one without add"},
+    {"with --add, --sync and --remove", "with add and sync"},
+    {"leave out --add and --remove", "leave out add"},
+    {"--delete belongs to --sync; --remove CELL removes one cell", "remove_gone belongs to sync"},
+    {"leave out --delete", "leave out remove_gone"},
+    {"--memory", "memory_bytes"}};
+
+int failInWords(int status, const Error& error) {
+  return failWith(status, tools::inLibraryWords(error.what(), kWords));
+}
+
 int translated() {
   try {
     throw;
   } catch (const UsageError& error) {
-    return failWith(FILIFORM_USAGE, tools::withPlainOptions(withShortWords(error.what())));
+    return failInWords(FILIFORM_USAGE, error);
   } catch (const Interrupted& error) {
     return failWith(FILIFORM_INTERRUPTED, withShortWords(error.what()));
   } catch (const IoError& error) {
@@ -37,11 +51,11 @@ int translated() {
   } catch (const CorruptSet& error) {
     return failWith(FILIFORM_CORRUPT, withShortWords(error.what()));
   } catch (const UnknownDevice& error) {
-    return failWith(FILIFORM_USAGE, tools::withPlainOptions(withShortWords(error.what())));
+    return failInWords(FILIFORM_USAGE, error);
   } catch (const DeviceError& error) {
     return failWith(FILIFORM_IO, withShortWords(error.what()));
   } catch (const Error& error) {
-    return failWith(FILIFORM_INPUT, tools::withPlainOptions(withShortWords(error.what())));
+    return failInWords(FILIFORM_INPUT, error);
   } catch (const std::bad_alloc&) {
     return failWith(FILIFORM_NO_MEMORY, "out of memory");
   } catch (const std::system_error& error) {

@@ -27,9 +27,9 @@
  *
  *   filiform_query query = FILIFORM_INIT(query);
  *
- * 0 means the default in every option. The library takes each size that the struct had in a version since 0.1; members
- * that it lacks are 0, and are not written. Another size is FILIFORM_USAGE. All other structs, such as filiform_hit,
- * never change.
+ * 0 means the default in every option. The library takes each size that the struct had in a version since 0.1. It reads
+ * the members beyond that size as 0, and does not write them. Another size is FILIFORM_USAGE. All other structs, such
+ * as filiform_hit, never change.
  *
  * Handles (filiform_set, filiform_cell, filiform_travel) are not pointers to memory. A null, closed or invented handle
  * gives FILIFORM_USAGE. Each handle must be closed. Closing NULL does nothing.
@@ -226,15 +226,16 @@ FILIFORM_API int filiform_box_counts(filiform_set* set, const double lo_um[3], c
 typedef struct filiform_filter {
   uint32_t struct_size;
   uint32_t type_count;
-  const uint16_t* types; /* only segments of these types, as in filiform_cell_arrays; NULL: all */
-  const uint32_t* cells; /* only segments of these cells; NULL: all */
+  const uint16_t* types; /* only segments of these types, as in filiform_cell_arrays; NULL: all; a count of 0: none */
+  const uint32_t* cells; /* only segments of these cells; NULL: all; a count of 0: none */
   size_t cell_count;
   const char* const* where; /* conditions as filiform_where() takes them, which all must hold; NULL: none */
   size_t where_count;
 } filiform_filter;
 
-/* Opens a view of a set: to its searches and counts, all other segments are as if they did not exist. Cells, attributes
- * and measures stay those of the set. Close it with filiform_close(); the set may be closed before. */
+/* Opens a view of a set: to its searches and counts, all other segments are as if they did not exist. A view of a
+ * view has the segments that both filters leave. Cells, attributes and measures stay those of the set. Close it with
+ * filiform_close(); the set may be closed before. */
 FILIFORM_API int filiform_open_filtered(filiform_set* set, const filiform_filter* filter, filiform_set** filtered);
 
 typedef struct filiform_level_segment {
@@ -405,7 +406,7 @@ typedef struct filiform_ingest_options {
   const char* attributes;   /* a CSV or TSV table with a row a cell, whose columns stay with the cells; NULL: none */
   const char* key;          /* its column with the names of cells */
   const char* population;   /* of a circuit, read only this one; NULL: all */
-  const char* morphologies; /* where the morphologies of a circuit are; NULL: as it states */
+  const char* morphologies; /* the folder of a circuit's morphologies; NULL: the one that the circuit states */
   const char* version;      /* of neurons that a NeuroMorpho archive holds twice: "cng", "source", "both"; NULL: cng */
   uint32_t no_soma_links;   /* not 0: link no soma in formats that state no such links */
   uint32_t one_cell_a_file; /* not 0: keep a file that holds several cells as one */

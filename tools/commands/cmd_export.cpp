@@ -38,10 +38,10 @@ int runExport(const ExportArguments& a) {
     throw UsageError("--all writes many files: give --output DIR/, ARCHIVE.zip or DIR.precomputed");
   if (one_file && !a.choice.any())
     throw UsageError("name the cell with --cell, or give --output DIR/, ARCHIVE.zip or DIR.precomputed for all cells");
-  if (one_file || to.kind == ExportPlace::Kind::kZip) checkOutputs({{"SET", a.set}}, {{"--output", a.out}});
 
   const auto set = TileSet::open(a.set, a.remote->options());
   CellExport exported{.set = *set,
+                      .name = a.set,
                       .cells = a.choice.select(*set, 0),
                       .types = a.choice.sampleTypes(),
                       .output = a.out,

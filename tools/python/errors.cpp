@@ -1,7 +1,6 @@
 // What the errors of filiform become in Python.
 #include "index/errors.h"
 
-#include "index/text.h"
 #include "tools/python/internal/bindings.h"
 #include "tools/words/library_text.h"
 
@@ -18,10 +17,11 @@ namespace {
 std::string inPython(std::string text) {
   static const std::pair<std::string_view, std::string_view> kWords[] = {
       {"--force replaces it", "force=True replaces it"},
-      {"make one with filiform ingest", "make one without add=True"}};
-  for (const auto& [program, python] : kWords)
-    if (const std::size_t at = text.find(program); at != std::string::npos) text.replace(at, program.size(), python);
-  return tools::withPlainOptions(withShortWords(text));
+      {"make one with filiform ingest", "make one without add=True"},
+      {"with --add, --sync and --remove", "with add and sync"},
+      {"leave out --add and --remove", "leave out add"},
+      {"--remove CELL removes one cell", "filiform.remove() removes one cell"}};
+  return tools::inLibraryWords(std::move(text), kWords);
 }
 
 }  // namespace

@@ -351,7 +351,8 @@ std::uint64_t exportOf(SetHandle& handle, const std::vector<std::uint32_t>& cell
   const Arguments a(given);
   const auto open = handle.get();
   std::atomic<bool> cancel{false};
-  tools::CellExport exported{.set = open->set(), .cells = cells, .output = output, .format = format, .cancel = &cancel};
+  tools::CellExport exported{
+      .set = open->set(), .name = handle.name(), .cells = cells, .output = output, .format = format, .cancel = &cancel};
   if (!types.empty()) exported.types = tools::parseSegmentTypes(types, ',', "type");
   exported.check = [&] {
     if (cancel) throw Interrupted("interrupted");

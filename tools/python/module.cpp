@@ -9,15 +9,16 @@ namespace py = pybind11;
 
 // One line, before the arrays of pybind11 fail on NumPy with a text that names nothing.
 void requireNumpy() {
+  constexpr bool kReadsNumpy2 = PYBIND11_VERSION_HEX >= 0x020C0000;
+  const std::string install = kReadsNumpy2 ? "pip install numpy" : "pip install \"numpy<2\"";
   std::string version;
   try {
     version = py::str(py::module_::import("numpy").attr("__version__"));
   } catch (const py::error_already_set&) {
-    throw py::import_error("filiform needs NumPy, which is not installed: pip install \"numpy<2\"");
+    throw py::import_error("filiform needs NumPy, which is not installed: " + install);
   }
-  if (std::stoi(version) >= 2 && PYBIND11_VERSION_HEX < 0x020C0000)
-    throw py::import_error("this build of filiform needs NumPy 1, and NumPy " + version +
-                           " is installed: pip install \"numpy<2\"");
+  if (std::stoi(version) >= 2 && !kReadsNumpy2)
+    throw py::import_error("this build of filiform needs NumPy 1, and NumPy " + version + " is installed: " + install);
 }
 
 }  // namespace

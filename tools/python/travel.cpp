@@ -47,7 +47,7 @@ class PythonTravel {
   PythonTravel& operator=(const PythonTravel&) = delete;
 
   void close() {
-    if (process_ != getpid()) return;
+    if (process_ != getpid() || !travel_) return;
     use([&](SteppedTravel&) {});  // raises while another thread is in a call
     travel_.reset();
   }

@@ -1,5 +1,7 @@
 #include "tools/words/library_text.h"
 
+#include "index/text.h"
+
 namespace filiform::tools {
 
 std::string withPlainOptions(std::string message) {
@@ -8,6 +10,14 @@ std::string withPlainOptions(std::string message) {
         message[at + 2] <= 'z')
       message.erase(at, 2);
   return message;
+}
+
+std::string inLibraryWords(std::string message,
+                           std::span<const std::pair<std::string_view, std::string_view>> phrases) {
+  for (const auto& [program, library] : phrases)
+    if (const std::size_t at = message.find(program); at != std::string::npos)
+      message.replace(at, program.size(), library);
+  return withPlainOptions(withShortWords(message));
 }
 
 }  // namespace filiform::tools

@@ -119,6 +119,15 @@ static void ingest_refuses_wrong_arguments(void) {
   options.unit = NULL;
   options.memory_bytes = 1;
   FAILS(FILIFORM_USAGE, "64 MiB", filiform_ingest(inputs, 1, "x", &options, NULL));
+  options.memory_bytes = 0;
+  options.remove_gone = 1; /* messages name the fields of this interface */
+  FAILS(FILIFORM_USAGE, "remove_gone belongs to sync", filiform_ingest(inputs, 1, "x", &options, NULL));
+  options.sync = options.add = 1;
+  FAILS(FILIFORM_USAGE, "leave out add", filiform_ingest(inputs, 1, "x", &options, NULL));
+  CHECK(strstr(filiform_error_text(), "add and") == NULL);
+  options.sync = options.remove_gone = 0;
+  options.force = 1;
+  FAILS(FILIFORM_USAGE, "leave it out with add and sync", filiform_ingest(inputs, 1, "x", &options, NULL));
   options.struct_size = 4;
   FAILS(FILIFORM_USAGE, "struct_size", filiform_ingest(inputs, 1, "x", &options, NULL));
 }
@@ -190,6 +199,11 @@ static void measures(void) {
   OK(filiform_measure(set, second, 1, "tips", &values, &rows, &columns));
   CHECK(rows == 1 && columns == 1 && values[0] == 1);
   filiform_free(values);
+  const uint32_t twice[] = {1, 0, 1};
+  OK(filiform_measure(set, twice, 3, "length,tips", &values, &rows, &columns));
+  CHECK(rows == 3 && columns == 2 && values[1] == 1 && values[3] == 2 && values[5] == 1);
+  CHECK(values[0] == values[4] && near_to(values[2], 60));
+  filiform_free(values);
   FAILS(FILIFORM_USAGE, "cells 0 to 1", filiform_measure(set, none, 1, "tips", &values, &rows, &columns));
   FAILS(FILIFORM_USAGE, "did you mean", filiform_measure(set, NULL, 0, "lenght", &values, &rows, &columns));
   OK(filiform_close(set));
@@ -235,6 +249,56 @@ static void filters_counts_and_levels(void) {
   FAILS(FILIFORM_USAGE, "struct_size", filiform_open_filtered(axons, &by_type, &set));
   OK(filiform_close(axons));
   OK(filiform_close(layer5));
+}
+
+static size_t cells_in(filiform_set *set) {
+  const double lo[] = {-1e3, -1e3, -1e3}, hi[] = {1e3, 1e3, 1e3};
+  filiform_cell_count *counts = NULL;
+  size_t count = 9;
+  OK(filiform_box_counts(set, lo, hi, 0, &counts, &count));
+  filiform_free(counts);
+  return count;
+}
+
+static void a_view_of_a_view_has_what_both_leave(void) {
+  filiform_set *set = with_attributes(), *axons = NULL, *view = NULL;
+  const uint16_t axon = 2, apical = 4;
+  const uint32_t first = 0, second = 1;
+  filiform_filter by_axon = FILIFORM_INIT(by_axon), by_apical = FILIFORM_INIT(by_apical);
+  filiform_filter by_first = FILIFORM_INIT(by_first), by_second = FILIFORM_INIT(by_second);
+  by_axon.types = &axon;
+  by_apical.types = &apical;
+  by_axon.type_count = by_apical.type_count = 1;
+  by_first.cells = &first;
+  by_second.cells = &second;
+  by_first.cell_count = by_second.cell_count = 1;
+  OK(filiform_open_filtered(set, &by_axon, &axons));
+  CHECK(cells_in(axons) == 1);
+  const struct {
+    const filiform_filter *filter;
+    size_t cells;
+  } cases[] = {{&by_first, 0}, {&by_second, 1}, {&by_axon, 1}, {&by_apical, 0}};
+  for (size_t i = 0; i < 4; ++i) {
+    OK(filiform_open_filtered(axons, cases[i].filter, &view));
+    CHECK(cells_in(view) == cases[i].cells);
+    OK(filiform_close(view));
+  }
+  OK(filiform_open_filtered(set, &by_first, &view));
+  filiform_set *both = NULL;
+  OK(filiform_open_filtered(view, &by_second, &both));
+  CHECK(cells_in(both) == 0);
+  OK(filiform_close(both));
+  OK(filiform_close(view));
+  by_axon.type_count = 0;
+  by_first.cell_count = 0;
+  OK(filiform_open_filtered(set, &by_axon, &view));
+  CHECK(cells_in(view) == 0);
+  OK(filiform_close(view));
+  OK(filiform_open_filtered(set, &by_first, &view));
+  CHECK(cells_in(view) == 0);
+  OK(filiform_close(view));
+  OK(filiform_close(axons));
+  OK(filiform_close(set));
 }
 
 /* A program that was compiled with the header of 0.1 gives the smaller struct. */
@@ -682,6 +746,7 @@ int main(void) {
   RUN(attributes_and_where);
   RUN(measures);
   RUN(filters_counts_and_levels);
+  RUN(a_view_of_a_view_has_what_both_leave);
   RUN(an_older_struct_is_taken);
   RUN(info_states_counts_and_box);
   RUN(cells_have_names);

@@ -1,6 +1,7 @@
 """The whole program from Python: every option of ingest, neurons in memory, check, verify, compact, remove, export."""
 
 import inspect
+import os
 import re
 import signal
 import subprocess
@@ -13,6 +14,8 @@ import pytest
 
 import filiform as ff
 from conftest import FORK, run
+
+PROGRAM = os.environ.get("FILIFORM_PROGRAM", "filiform")
 
 SWC = np.array([[1, 1, 0, 0, 0, 5, -1], [2, 3, 10, 0, 0, 1, 1], [7, 3, 20, 10.125, 0, 0.5, 2], [4, 2, 0, 40, 0, 0.25, 1]])
 
@@ -88,6 +91,102 @@ def test_a_neuron_of_navis_in_voxels_becomes_micrometres(tmp_path):
     assert nodes["x"].tolist() == [0, 8] and nodes["radius"].tolist() == [1, 2]
 
 
+class Unit:
+    """A unit of pint: micrometres in it, by axis or for all."""
+
+    dimensionless = False
+
+    def __init__(self, magnitude):
+        self.magnitude = magnitude
+
+    def __str__(self):
+        return f"{self.magnitude} um"
+
+    def to(self, name):
+        if self.magnitude is None:
+            raise ArithmeticError("Cannot convert from second to micrometer")
+        return self
+
+
+def of_navis(units, name="n"):
+    pandas = pytest.importorskip("pandas")
+    table = pandas.DataFrame({"node_id": [1, 2], "parent_id": [-1, 1], "x": [0, 1000], "y": [0, 0], "z": [0, 0], "radius": [125, 250]})
+
+    class Navis:  # with what it derives from its nodes, as navis has it
+        nodes, vertices, edges = table, table[["x", "y", "z"]].to_numpy() + 5, np.array([[1, 0]])
+
+    neuron = Navis()
+    neuron.units, neuron.name = units, name
+    return neuron
+
+
+def test_a_stated_unit_is_converted_or_refused(tmp_path):
+    ff.ingest([of_navis(Unit(np.array([0.008] * 3)))], tmp_path / "a.fil")
+    nodes = read_back(tmp_path / "a.fil", "n")
+    assert nodes["node_id"].tolist() == [1, 2] and nodes["x"].tolist() == [0, 8] and nodes["radius"].tolist() == [1, 2]
+    plain = Unit(1)
+    plain.dimensionless = True
+    ff.ingest([of_navis(plain)], tmp_path / "b.fil", unit="nm")
+    assert read_back(tmp_path / "b.fil", "n")["x"].tolist() == [0, 1]
+    for unit, text in (
+        (Unit(np.array([0.008, 0.008, 0.03])), r"inputs: n: its unit \[0.008 0.008 0.03.*\] um differs by axis"),
+        (Unit(None), "inputs: n: its unit None um is no length: Cannot convert from second"),
+    ):
+        with pytest.raises(ValueError, match=text):
+            ff.ingest([of_navis(unit)], tmp_path / "c.fil")
+
+
+def test_unit_is_not_applied_to_what_has_its_own(s, tmp_path):
+    for inputs in ([of_navis(Unit(0.001))], s.cells.at(0), [s.cells.at(0)], {"n": s.cells.at(0)}):
+        for call in (lambda: ff.ingest(inputs, tmp_path / "a.fil", unit="nm"), lambda: ff.check(inputs, unit="nm")):
+            with pytest.raises(ValueError, match="unit: .* has a unit of its own; leave unit out"):
+                call()
+    with pytest.raises(ValueError, match="unit: is for files of neurons"):
+        ff.ingest(s.cells.find("*"), tmp_path / "a.fil", unit="nm")
+    assert ff.check({"n": SWC}, unit="nm").accepted == 1
+
+
+def test_lists_of_neurons_are_taken_one_by_one(s, tmp_path):
+    class NeuronList:  # attributes are those of all neurons
+        neurons = [of_navis(None, "a"), of_navis(None, "b")]
+        nodes = neurons[0].nodes
+
+        def __iter__(self):
+            return iter(self.neurons)
+
+    assert ff.ingest(NeuronList(), tmp_path / "a.fil").cells == 2
+    assert ff.ingest([NeuronList(), SWC], tmp_path / "b.fil").cells == 3
+    some = s.cells.find("*")
+    assert ff.ingest([some[:1], [some[1], SWC]], tmp_path / "c.fil").cells == 3
+    assert ff.check(NeuronList()).accepted == 2
+    with pytest.raises(ValueError, match="inputs: all: holds several neurons"):
+        ff.ingest({"all": NeuronList()}, tmp_path / "d.fil")
+
+
+@pytest.mark.parametrize("id", [-3, -1, 2**63, 2**70])
+def test_ids_that_no_file_holds_are_named(id, tmp_path):
+    networkx = pytest.importorskip("networkx")
+    graph = networkx.DiGraph()
+    for i, node in enumerate([1, 2, id]):
+        graph.add_node(node, x=10 * i, y=0, z=0)
+    graph.add_edges_from([(2, 1), (id, 2)])
+    table = np.zeros(2, [("node_id", object), ("parent_id", object), ("x", float), ("y", float), ("z", float)])
+    table["node_id"], table["parent_id"], table["x"] = [1, id], [-1, 1], [0, 10]
+    for neuron in graph, graph.to_undirected(), table:
+        with pytest.raises(ValueError, match=f"inputs: n: the id {id} of a node must be from 0"):
+            ff.ingest({"n": neuron}, tmp_path / "a.fil")
+
+
+def test_the_largest_id_stays(tmp_path):
+    networkx = pytest.importorskip("networkx")
+    graph = networkx.DiGraph()
+    for i, node in enumerate([2**53 + 1, 2**63 - 1]):
+        graph.add_node(node, x=10 * i, y=0, z=0)
+    graph.add_edge(2**63 - 1, 2**53 + 1)
+    ff.ingest({"n": graph}, tmp_path / "a.fil")
+    assert read_back(tmp_path / "a.fil", "n")["node_id"].tolist() == [2**53 + 1, 2**63 - 1]
+
+
 def test_loops_and_skeletons_become_graphs(tmp_path):
     networkx = pytest.importorskip("networkx")
     ring = networkx.Graph()
@@ -133,8 +232,9 @@ def test_other_mistakes_are_named(tmp_path, example):
         (dict(inputs=swc, cells="x"), ValueError, "cells, type: choose from a tile set; inputs is none"),
         (dict(inputs=swc, key="name"), ValueError, "attributes, key: go together"),
         (dict(inputs=swc, attributes=example / "layers.csv"), ValueError, "attributes and key go together"),
-        (dict(inputs=swc, delete=True), ValueError, "delete belongs to sync"),
-        (dict(inputs=swc, sync=True, add=True), ValueError, "sync adds and removes by itself"),
+        (dict(inputs=swc, delete=True), ValueError, r"delete belongs to sync; filiform.remove\(\) removes one cell"),
+        (dict(inputs=swc, sync=True, add=True), ValueError, "sync adds and removes by itself; leave out add$"),
+        (dict(inputs=swc, force=True, add=True), ValueError, "leave it out with add and sync$"),
         (dict(inputs=swc, connections=0), ValueError, "connections"),
         (dict(inputs=swc, population="p"), ValueError, "population and morphologies are for one circuit_config.json"),
         (dict(inputs=example / "column.fil", unit="nm"), ValueError, "unit: is for files of neurons; inputs is a tile set"),
@@ -168,11 +268,36 @@ def test_a_set_gives_a_part_of_itself(example, tmp_path):
         assert ff.ingest(s.where(layer=5), tmp_path / "five.fil", type="axon,soma").samples == 4
         assert ff.ingest(s, tmp_path / "box.fil", box=[[90, -20, -1], [130, 50, 1]]).cells == 1
         assert ff.ingest(s, tmp_path / "five.fil", cells="L4_1", add=True).cells == 3
+        assert ff.ingest([s.cells.find("L5*")], tmp_path / "list.fil").cells == 2
+        assert ff.ingest([s], tmp_path / "set.fil").cells == 3
+        frame = {"id": ["L4_1"], "depth": [1]}
+        for arguments, text in (
+            (dict(attributes=frame), "attributes: is for files"), (dict(placements=np.zeros(3)), "placements: is for files"),
+            (dict(cache_size="1GiB"), "cache_size: is for files"), (dict(connections=2), "connections: is for files"),
+            (dict(token="x"), "token, cache: are for addresses"),
+        ):
+            with pytest.raises(ValueError, match=text):
+                ff.ingest(s, tmp_path / "no.fil", **arguments)
     assert ff.ingest(example / "column.fil", tmp_path / "path.fil", where=["layer>=5", "measure:tips>2"]).cells == 2
     with ff.open(tmp_path / "path.fil") as part:
         assert part.attribute("layer").tolist() == [5, 5]
     with pytest.raises(ValueError, match="same tile set"):
         ff.ingest(example / "column.fil", example / "column.fil", force=True)
+
+
+def test_a_set_that_ingest_opens_is_closed(example, tmp_path, monkeypatch):
+    opened = []
+
+    class Watched(ff.Set):
+        def __init__(self, *arguments, **options):
+            super().__init__(*arguments, **options)
+            opened.append(self)
+
+    monkeypatch.setattr("filiform.set.Set", Watched)
+    ff.ingest(example / "column.fil", tmp_path / "a.fil")
+    with pytest.raises(ValueError, match="no cell"):
+        ff.ingest([str(example / "column.fil")], tmp_path / "b.fil", where="layer=9")
+    assert [s.closed for s in opened] == [True, True]
 
 
 def test_circuits_are_read(tmp_path):
@@ -252,6 +377,26 @@ def test_export_is_that_of_the_program(example, tmp_path):
         with pytest.raises(ValueError, match="format tif: choose swc"):
             s.export(tmp_path / "b.zip", format="tif")
     assert (tmp_path / "one.swc").read_text().startswith("# L5_1") and sorted(p.name for p in (tmp_path / "some").iterdir()) == ["L5_1.obj", "L5_2.obj"]
+
+
+def test_export_spares_the_set_and_needs_a_cell(example, tmp_path):
+    ff.ingest(sorted(example.glob("*.swc")), tmp_path / "a.fil")
+    (tmp_path / "link").symlink_to(tmp_path / "a.fil" / "CURRENT")
+    os.link(tmp_path / "a.fil" / "CURRENT", tmp_path / "hard.swc")
+    before = {p: p.read_bytes() for p in (tmp_path / "a.fil").rglob("*") if p.is_file()}
+    with ff.open(tmp_path / "a.fil") as s:
+        for name in "a.fil/CURRENT", "link", "hard.swc":
+            with pytest.raises(ValueError, match="is a file of the tile set; name another file"):
+                s.export(tmp_path / name, "L5_1")
+        for name in "none.zip", "none.swc", "none/", "none.precomputed":
+            with pytest.raises(ValueError, match="no cell is chosen"):
+                s.export(f"{tmp_path}/{name}", [])
+            assert not (tmp_path / name).exists()
+        with pytest.raises(ValueError, match="no cell is chosen"):
+            s.export(tmp_path / "none.zip", "L4_1", type="99")
+    program = subprocess.run([PROGRAM, "export", tmp_path / "a.fil", "--cell", "L5_1", "-o", tmp_path / "link"], capture_output=True, text=True)
+    assert program.returncode != 0 and "is a file of the tile set" in program.stderr
+    assert before == {p: p.read_bytes() for p in (tmp_path / "a.fil").rglob("*") if p.is_file()}
 
 
 def test_ctrl_c_ends_an_ingest_of_arrays(tmp_path):

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import filiform as ff
+from filiform import _core
 
 
 def key(rows):
@@ -40,7 +41,7 @@ def test_a_set_with_loops_and_isolated_samples(small):
         assert loop.sum() == pytest.approx(opened.cells["loop"].length)
 
 
-@pytest.mark.parametrize("chunks", [1, 7, 1000, 10**9])
+@pytest.mark.parametrize("chunks", [1, 7, 1000, 10**9, 10**30])
 def test_chunks_hold_the_same_rows(s, chunks):
     some = s.cells.find("*")[:2]
     whole = s.segments(cells=some)
@@ -48,6 +49,18 @@ def test_chunks_hold_the_same_rows(s, chunks):
     assert all(len(part) == chunks for part in parts[:-1]) and 0 < len(parts[-1]) <= chunks
     assert (np.concatenate(parts) == whole).all()
     assert (s.segments(cells=some, workers=3) == whole).all()
+
+
+def test_a_whole_set_is_one_array(s, monkeypatch):
+    asked = []
+
+    class Watched(_core.SegmentReader):
+        def next(self, rows):
+            asked.append(rows)
+            return super().next(rows)
+
+    monkeypatch.setattr(_core, "SegmentReader", Watched)
+    assert len(s.segments("cell")) == s.info()["segments"] and len(asked) == 1
 
 
 def test_boxes_and_types_choose(s):

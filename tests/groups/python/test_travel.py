@@ -76,6 +76,7 @@ def test_mistakes_are_named(s, small):
                 call()
         with ff.open(small) as other, pytest.raises(ValueError, match="this row is not of a segment of the set"):
             travel.jump(other.nearest([1e6, 0, 0]))
+    travel.close()  # once more
     with pytest.raises(ValueError, match="travel: it is closed"):
         travel.tick([0, 0, 0])
 

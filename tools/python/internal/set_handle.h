@@ -27,6 +27,7 @@ class SetHandle {
   // Closes files once the calls under way have ended. A second call has no effect.
   void close();
   bool closed() const { return closed_; }
+  const std::string& name() const { return name_; }          // folder or address
   const std::string& revision() const { return revision_; }  // the same while this object lives
 
  private:

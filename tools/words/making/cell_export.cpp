@@ -186,6 +186,19 @@ bool isDevice(const std::string& path) {
   return std::filesystem::exists(path, error) && !std::filesystem::is_regular_file(path, error);
 }
 
+// Files are compared, not names: links and other spellings count.
+void refuseFileOfSet(const CellExport& exported) {
+  namespace fs = std::filesystem;
+  const std::string target = outputPlace(exported.output).target;
+  std::error_code error, ignored;
+  if (exported.set.isRemote() || !fs::is_regular_file(target, error)) return;
+  constexpr auto kFollow = fs::directory_options::follow_directory_symlink;
+  for (fs::recursive_directory_iterator at(exported.name, kFollow, error), end; !error && at != end;
+       at.increment(error))
+    if (fs::equivalent(at->path(), target, ignored))
+      throw UsageError("--output " + inShort(exported.output) + ": is a file of the tile set; name another file");
+}
+
 ExportPlace placeByEnding(const std::string& out, const std::string& named_format) {
   std::string name = out;
   while (name.size() > 1 && name.back() == '/') name.pop_back();
@@ -217,7 +230,9 @@ ExportPlace exportPlaceOf(const std::string& output, const std::string& format) 
 }
 
 std::uint64_t exportCells(const CellExport& exported, const ExportPlace& place) {
+  if (exported.cells.empty()) throw UsageError("no cell is chosen");
   const bool one_file = place.kind == ExportPlace::Kind::kFile;
+  if (one_file || place.kind == ExportPlace::Kind::kZip) refuseFileOfSet(exported);
   if (one_file && exported.cells.size() != 1)
     throw UsageError(inShort(exported.output) + " is one file, but " + counted(exported.cells.size(), "cell") +
                      " are chosen: give --output DIR/, ARCHIVE.zip or DIR.precomputed, or one --cell");

@@ -27,6 +27,7 @@ ExportPlace exportPlaceOf(const std::string& output, const std::string& format);
 
 struct CellExport {
   const TileSet& set;
+  std::string name;                                    // of the set: its folder or address
   std::vector<std::uint32_t> cells;                    // ids, each once
   std::vector<std::uint16_t> types{};                  // only samples of these; empty: all
   std::string output;                                  // FILE, DIR/, ARCHIVE.zip or DIR.precomputed
@@ -36,9 +37,9 @@ struct CellExport {
   const std::atomic<bool>* cancel = nullptr;           // stops waiting for a pipe's reader
 };
 
-// Returns the number of samples written. A failure leaves what was there. Throws UsageError for several cells in one
-// file, InputError for a folder with files, and what reading and
-// writing throw. O(segments of the tiles of the cells).
+// Returns the number of samples written. A failure leaves what was there. Throws UsageError for no cell, for several
+// cells in one file and for an output that is a file of the set, InputError for a folder with files, and what reading
+// and writing throw. O(segments of the tiles of the cells).
 std::uint64_t exportCells(const CellExport& exported, const ExportPlace& place);
 
 }  // namespace filiform::tools

@@ -11,11 +11,6 @@ Errors: ValueError for a wrong shape or value, TypeError for what is no number, 
 OSError for a file or server that cannot be read, CorruptSet for damaged files. The text names the argument or file.
 """
 
-try:
-    import numpy as _numpy  # noqa: F401
-except ImportError as _missing:
-    raise ImportError("filiform needs NumPy, which this Python cannot import: pip install numpy, or Debian's python3-numpy") from _missing
-
 from ._core import CorruptSet, version as __version__
 from .cell import Cell
 from .cells import CellList, Cells

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import math
 import os
@@ -183,7 +184,8 @@ def ingest(
         ``vertices`` and ``edges``; graphs of networkx from child to parent; each `Cell`. Ids and order of nodes stay.
         Or a `Set`, or a `CellList` of one: its cells with their attributes.
     output : the folder of the set, such as ``"column.fil"``.
-    unit : of the files: ``"um"``, ``"nm"``, ``"mm"``, or the size of a voxel, such as ``"8nm"`` or ``"8,8,30nm"``.
+    unit : of the files, and of neurons that state none: ``"um"``, ``"nm"``, ``"mm"``, or the size of a voxel, such as
+        ``"8nm"`` or ``"8,8,30nm"``.
     version : of neurons that a NeuroMorpho archive holds twice: ``"cng"``, ``"source"`` or ``"both"``.
     ids, where, box : of Neuroglancer skeletons, the objects to read: ids or a file of them, one a line; conditions on
         segment properties, such as ``"layer>=4"``; a box (2, 3), um. Of a set: conditions and box choose cells.
@@ -232,12 +234,17 @@ def ingest(
             raise ValueError("quantum: give a power of two from 2**-10 to 2**10 um")
         making["quantum_exponent"] = exponent - 1
     making["progress"] = _callable(progress)
-    given_set = _set_of(inputs, token, cache)
-    if given_set is not None:
-        tables = _given(placements=(placements, None), attributes=(attributes, None), key=(key, None), ids=(ids, None))
-        for name in [*options, *tables]:
+    if isinstance(inputs, (list, tuple)) and len(inputs) == 1 and (isinstance(inputs[0], CellList) or _is_set(inputs[0])):
+        inputs = inputs[0]
+    if isinstance(inputs, CellList) and inputs and all(cell.set == inputs[0].set for cell in inputs) or _is_set(inputs):
+        others = _given(
+            placements=(placements, None), attributes=(attributes, None), key=(key, None), ids=(ids, None),
+            cache_size=(cache_size, "4GiB"), connections=(connections, 32),
+        )
+        for name in [*options, *others]:
             raise ValueError(f"{name}: is for files of neurons; inputs is a tile set")
-        return _ingest_cells(given_set, inputs, output, cells, type, where, box, making)
+        with _opened(inputs, token, cache) as owner:
+            return _ingest_cells(owner, inputs, output, cells, type, where, box, making)
     if cells is not None or type is not None:
         raise ValueError("cells, type: choose from a tile set; inputs is none")
     options.update(making, **_remote(token, cache, cache_size, connections))
@@ -250,7 +257,7 @@ def ingest(
     _add_table(options, "placements", placements, None)
     _add_table(options, "attributes", attributes, key)
     with tempfile.TemporaryDirectory(prefix="filiform-neurons-") as folder:
-        result = _core.ingest(_paths(inputs, folder), os.fsencode(output), options)
+        result = _core.ingest(_paths(inputs, folder, unit), os.fsencode(output), options)
     return IngestReport(**_reported(result))
 
 
@@ -283,7 +290,7 @@ def check(
     )
     options.update(_remote(token, cache, "4GiB", 32), progress=_callable(progress))
     with tempfile.TemporaryDirectory(prefix="filiform-neurons-") as folder:
-        result = _core.check(_paths(inputs, folder), options)
+        result = _core.check(_paths(inputs, folder, unit), options)
     return CheckReport(**_reported(result))
 
 
@@ -335,8 +342,11 @@ def verify(
 
 
 def _given(**options: tuple[Any, Any]) -> dict[str, Any]:
-    """The options that differ from their defaults."""
-    return {name: value for name, (value, default) in options.items() if value != default or isinstance(value, bool) and value is not default}
+    """The options that differ from their defaults. Tables, whose default is None, are not compared."""
+    return {
+        name: value for name, (value, default) in options.items()
+        if value is not default and (default is None or value != default or isinstance(value, bool))
+    }
 
 
 def _bytes(name: str, value: Union[int, str]) -> int:
@@ -364,23 +374,29 @@ def _object_ids(ids: Union[Path, Sequence[int]]) -> list[int]:
     return sorted({int(i) for i in ids})
 
 
-def _set_of(inputs: Any, token: str | None, cache: Path | None) -> "Set | None":
-    """The set that the cells come from, if the input is one."""
+def _is_set(thing: Any) -> bool:
+    """True for a `Set`, and for the path or address of one."""
     from .set import Set
 
-    if isinstance(inputs, Set):
-        return inputs
-    if isinstance(inputs, CellList) and inputs and all(cell.set == inputs[0].set for cell in inputs):
-        owner: Set = inputs[0].set
-        return owner
-    if isinstance(inputs, (list, tuple)) and len(inputs) == 1:
-        return _set_of(inputs[0], token, cache)
+    if not isinstance(thing, (str, os.PathLike)):
+        return isinstance(thing, Set)
+    name = os.fsdecode(thing)
+    is_address = "://" in name and (name.rstrip("/").lower().endswith(".fil") or "/v1/sets/" in name)
+    return is_address or os.path.isfile(os.path.join(name, "CURRENT"))
+
+
+@contextlib.contextmanager
+def _opened(inputs: Any, token: str | None, cache: Path | None) -> "Iterator[Set]":
+    """The set that the cells come from. One that is opened here is closed here."""
+    from .set import Set
+
     if isinstance(inputs, (str, os.PathLike)):
-        name = os.fsdecode(inputs)
-        is_address = "://" in name and (name.rstrip("/").lower().endswith(".fil") or "/v1/sets/" in name)
-        if is_address or os.path.isfile(os.path.join(name, "CURRENT")):
-            return Set(name, token=token, cache=cache)
-    return None
+        with Set(os.fsdecode(inputs), token=token, cache=cache) as opened:
+            yield opened
+        return
+    if token is not None or cache is not None:
+        raise ValueError("token, cache: are for addresses; inputs is a set that is open")
+    yield inputs[0].set if isinstance(inputs, CellList) else inputs
 
 
 def _ingest_cells(
@@ -404,13 +420,15 @@ def _ingest_cells(
     return IngestReport(**result)
 
 
-def _paths(inputs: Any, folder: str) -> list[bytes]:
-    """The paths of the inputs. Neurons in memory go to files of the folder."""
+def _paths(inputs: Any, folder: str, unit: str) -> list[bytes]:
+    """The paths of the inputs. Neurons in memory, in this unit if they state none, go to files of the folder."""
     if isinstance(inputs, (list, tuple, Mapping)) and not inputs:
         raise ValueError("inputs: give at least one file, folder, archive or neuron")
     if isinstance(inputs, Mapping):
-        return neurons.write(inputs, folder)
-    listed = [inputs] if isinstance(inputs, (str, os.PathLike)) or neurons.is_neuron(inputs) else list(inputs)
+        return neurons.write(inputs, folder, unit)
+    listed = list(neurons.flat(inputs))
+    if not listed:
+        raise ValueError("inputs: give at least one file, folder, archive or neuron")
     paths = [thing for thing in listed if isinstance(thing, (str, os.PathLike))]
     in_memory = [thing for thing in listed if not isinstance(thing, (str, os.PathLike))]
     for thing in in_memory:
@@ -420,7 +438,7 @@ def _paths(inputs: Any, folder: str) -> list[bytes]:
         name = os.fsdecode(path)
         if "://" not in name and not os.path.exists(path):
             raise FileNotFoundError(errno.ENOENT, "inputs: no such file or folder", name)
-    return [os.fsencode(path) for path in paths] + neurons.write(neurons.named(in_memory), folder)
+    return [os.fsencode(path) for path in paths] + neurons.write(neurons.named(in_memory), folder, unit)
 
 
 def _reported(result: dict[str, Any]) -> dict[str, Any]:

@@ -32,12 +32,36 @@ def is_neuron(thing: Any) -> bool:
     return any(hasattr(thing, name) for name in ("columns", "nodes", "vertices"))
 
 
-def write(neurons: Mapping[str, Any], folder: str) -> list[bytes]:
-    """Write each neuron to a file of this name: SWC, or an edge list if it has loops. Ids and order stay."""
+def _holds_several(thing: Any) -> bool:
+    """True for a list, and for a NeuronList of navis, whose attributes are those of all its neurons."""
+    return isinstance(thing, (list, tuple)) or not hasattr(thing, "columns") and not hasattr(thing, "dtype") and hasattr(thing, "neurons")
+
+
+def flat(inputs: Any) -> Iterator[Any]:
+    """The inputs one by one, also those of lists and lists of lists."""
+    if _holds_several(inputs) or not (isinstance(inputs, (str, os.PathLike)) or is_neuron(inputs)):
+        for thing in inputs:
+            if _holds_several(thing):
+                yield from flat(thing)
+            else:
+                yield thing
+    else:
+        yield inputs
+
+
+def write(neurons: Mapping[str, Any], folder: str, unit: str) -> list[bytes]:
+    """Write each neuron to a file of this name: SWC, or an edge list if it has loops. Ids and order stay.
+
+    Raises ValueError if `unit`, which the files will be read in, is not um and a neuron has a unit of its own.
+    """
     paths = []
     for name, neuron in neurons.items():
         if not isinstance(name, str) or not name or name.startswith(".") or "/" in name or "\0" in name or len(os.fsencode(name)) > 240:
             raise ValueError(f"inputs: {name!r} cannot be the name of a cell; give text without / of at most 240 bytes")
+        if _holds_several(neuron):
+            raise ValueError(f"inputs: {name}: holds several neurons; give each its own name, or a list instead of a dict")
+        if unit != "um" and (_is_cell(neuron) or _micrometres(neuron, f"inputs: {name}") is not None):
+            raise ValueError(f"unit: {name} has a unit of its own; leave unit out, or ingest it alone and add the others")
         text, ending = _text(neuron, f"inputs: {name}")
         paths.append(os.fsencode(os.path.join(folder, name + ending)))
         with open(paths[-1], "w", encoding="utf-8") as file:
@@ -57,39 +81,45 @@ def named(neurons: list[Any]) -> dict[str, Any]:
     return found
 
 
+def _is_cell(neuron: Any) -> bool:
+    return hasattr(neuron, "to_swc") and hasattr(neuron, "loops")
+
+
 def _text(neuron: Any, where: str) -> tuple[str, str]:
-    if hasattr(neuron, "to_swc") and hasattr(neuron, "loops"):  # a Cell
+    if _is_cell(neuron):
         if not neuron.loops:
             return neuron.to_swc(), ".swc"
         return _edge_list(neuron.node_ids, neuron.vertices, neuron.radius, neuron.types, neuron.node_ids[neuron.ends], where)
     if hasattr(neuron, "is_directed") and hasattr(neuron, "edges"):
         return _graph(neuron, where)
-    if hasattr(neuron, "vertices") and hasattr(neuron, "edges"):
+    is_of_navis = hasattr(neuron, "nodes") and hasattr(neuron.nodes, "columns")
+    if not is_of_navis and hasattr(neuron, "vertices") and hasattr(neuron, "edges"):
         vertices = np.asarray(neuron.vertices, float)
         ids = np.arange(len(vertices))
         radius = getattr(neuron, "radius", None)
         if radius is None:
             radius = getattr(neuron, "radii", None)
         return _edge_list(ids, vertices, radius, getattr(neuron, "vertex_types", None), np.asarray(neuron.edges, int), where)
-    table = neuron
-    if hasattr(neuron, "nodes") and hasattr(neuron.nodes, "columns"):  # of navis
-        table = neuron.nodes
-    columns = _columns(table, where)
-    points = _scaled(np.stack([columns[axis] for axis in "xyz"], axis=1), neuron)
-    radius = _scaled(columns["radius"], neuron)
+    columns = _columns(neuron.nodes if is_of_navis else neuron, where)
+    scale = _micrometres(neuron, where)
+    points, radius = np.stack([columns[axis] for axis in "xyz"], axis=1), columns["radius"]
+    if scale is not None:
+        points, radius = points * scale, radius * scale
     return _swc(columns["id"], columns["type"], points, radius, columns["parent"], where), ".swc"
 
 
-def _scaled(values: Array, neuron: Any) -> Array:
-    """The values in micrometres, if the neuron states its unit as navis does."""
-    units: Any = getattr(neuron, "units", None)
-    if not hasattr(units, "to"):
-        return values
+def _micrometres(neuron: Any, where: str) -> float | None:
+    """Micrometres in the unit that the neuron states, as navis does; None if it states none."""
+    units: Any = None if hasattr(neuron, "columns") or hasattr(neuron, "dtype") else getattr(neuron, "units", None)
+    if not hasattr(units, "to") or getattr(units, "dimensionless", False) is True:
+        return None
     try:
-        scaled: Array = values * float(units.to("micrometer").magnitude)
-        return scaled
-    except Exception:  # dimensionless, or several units: as `unit` says
-        return values
+        by_axis = np.unique(np.asarray(units.to("micrometer").magnitude, float))
+    except Exception as error:
+        raise ValueError(f"{where}: its unit {units} is no length: {error}") from error
+    if len(by_axis) != 1:
+        raise ValueError(f"{where}: its unit {units} differs by axis; convert it first, such as with convert_units('um')")
+    return float(by_axis[0])
 
 
 def _columns(table: Any, where: str) -> dict[str, Array]:
@@ -117,6 +147,8 @@ def _columns(table: Any, where: str) -> dict[str, Array]:
 
 def _integers(values: Array, name: str, where: str) -> list[int]:
     array = np.asarray(values)
+    if array.dtype.kind == "O" and all(isinstance(value, (int, np.integer)) for value in array):
+        return [int(value) for value in array]
     if array.dtype.kind not in "iub":
         try:
             exact = array.astype(float)
@@ -124,12 +156,14 @@ def _integers(values: Array, name: str, where: str) -> list[int]:
             raise ValueError(f"{where}: {name}: expected integers") from None
         if not (np.isfinite(exact) & (exact == np.round(exact))).all():
             raise ValueError(f"{where}: {name}: expected integers")
-        array = array.astype(np.int64)
-    integers: list[int] = array.tolist()
-    return integers
+        array = exact
+    return [int(value) for value in array.tolist()]
 
 
 def _checked(ids: list[int], points: Array, where: str) -> None:
+    for number in ids:
+        if not 0 <= number < 2**63:
+            raise ValueError(f"{where}: the id {number} of a node must be from 0 to 2**63 - 1")
     if len(set(ids)) != len(ids):
         raise ValueError(f"{where}: the ids of nodes must differ")
     if not np.isfinite(points).all():
@@ -179,15 +213,15 @@ def _graph(graph: Any, where: str) -> tuple[str, str]:
             raise ValueError(f"{where}: nodes must be integers, the ids of samples; got {node!r}")
         if not all(axis in values for axis in "xyz"):
             raise ValueError(f"{where}: node {node} has no x, y and z")
-    ids = np.array([node for node, _ in nodes], dtype=object if not nodes else None)
+    ids = np.array([node for node, _ in nodes], dtype=object)
     points = np.array([[values[axis] for axis in "xyz"] for _, values in nodes], float).reshape(-1, 3)
     radii = np.array([values.get("radius", math.nan) for _, values in nodes], float)
     types = [values.get("label", values.get("type", 0)) for _, values in nodes]
     edges = [(a, b) for a, b, *_ in graph.edges]
     parents = dict(edges)
     if graph.is_directed() and len(parents) == len(edges) and _is_forest(parents):
-        return _swc(ids, np.array(types), points, radii, np.array([parents.get(n, -1) for n, _ in nodes]), where), ".swc"
-    return _edge_list(ids, points, radii, np.array(types), np.array(edges).reshape(-1, 2), where)
+        return _swc(ids, np.array(types), points, radii, np.array([parents.get(n, -1) for n, _ in nodes], dtype=object), where), ".swc"
+    return _edge_list(ids, points, radii, np.array(types), np.array(edges, dtype=object).reshape(-1, 2), where)
 
 
 def _is_forest(parents: Mapping[int, int]) -> bool:

@@ -536,9 +536,11 @@ class Set:
                 raise TypeError(f"chunks: expected an integer, got {_kind(chunks)}") from None
             if chunks < 1:
                 raise ValueError("chunks: must be 1 row or more")
-            return _parts(reader, chunks, single)
-        whole = box is None and cells is None and type is None
-        parts = list(_parts(reader, 2**62 if whole else 2**17, single))
+            return _parts(reader, min(chunks, 2**62), single)
+        if box is None and cells is None and type is None:  # one array: its size is known
+            rows = reader.next(2**62)
+            return rows if single is None else rows[single]
+        parts = list(_parts(reader, 2**17, single))
         if len(parts) == 1:
             return parts[0]
         return np.concatenate(parts) if parts else np.empty(0, row if single is None else row[single])
