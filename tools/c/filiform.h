@@ -212,6 +212,7 @@ typedef struct filiform_ray_query {
 /* The segments along a ray, the first along it first. */
 FILIFORM_API int filiform_ray(filiform_set* set, const filiform_ray_query* ray, filiform_hit** hits, size_t* count);
 
+/* A row of filiform_box_counts(). */
 typedef struct filiform_cell_count {
   uint32_t cell;
   uint32_t reserved;
@@ -223,6 +224,7 @@ typedef struct filiform_cell_count {
 FILIFORM_API int filiform_box_counts(filiform_set* set, const double lo_um[3], const double hi_um[3], int by_middle,
                                      filiform_cell_count** counts, size_t* count);
 
+/* Which segments a view has. */
 typedef struct filiform_filter {
   uint32_t struct_size;
   uint32_t type_count;
@@ -238,6 +240,7 @@ typedef struct filiform_filter {
  * filiform_close(); the set may be closed before. */
 FILIFORM_API int filiform_open_filtered(filiform_set* set, const filiform_filter* filter, filiform_set** filtered);
 
+/* A row of filiform_levels(). */
 typedef struct filiform_level_segment {
   double child_um[3], parent_um[3];
   float radius_um; /* NaN: unknown */
@@ -283,6 +286,7 @@ typedef enum filiform_attribute_type {
   FILIFORM_REAL = 2
 } filiform_attribute_type;
 
+/* A row of filiform_attributes(). */
 typedef struct filiform_attribute {
   const char* name; /* valid until the set is closed */
   uint32_t type;    /* a filiform_attribute_type */
