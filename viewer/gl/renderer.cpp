@@ -85,16 +85,16 @@ constexpr std::size_t kFirstGroup = 1;
 // Rows of the picture that one step composes.
 constexpr int kRows = 64;
 
-enum class Shape : std::uint8_t { line, cone, ball };
-std::pair<const char*, const char*> textsOf(Shape shape) {
-  if (shape == Shape::line) return {internal::kLineVertexShader, internal::kLineFragmentShader};
-  if (shape == Shape::cone) return {internal::kConeVertexShader, internal::kConeFragmentShader};
+enum class Primitive : std::uint8_t { line, cone, ball };
+std::pair<const char*, const char*> textsOf(Primitive shape) {
+  if (shape == Primitive::line) return {internal::kLineVertexShader, internal::kLineFragmentShader};
+  if (shape == Primitive::cone) return {internal::kConeVertexShader, internal::kConeFragmentShader};
   return {internal::kBallVertexShader, internal::kBallFragmentShader};
 }
 // As the shaders number it. Of lines, `solid` is what does not fade.
 enum class Drawn : std::uint8_t { surface, halo, solid = halo, fading };
 
-Shape shapeOf(Stage stage) {
+Primitive primitiveOf(Stage stage) {
   switch (stage) {
     case Stage::ribbons:
     case Stage::lines:
@@ -102,12 +102,12 @@ Shape shapeOf(Stage stage) {
     case Stage::fading_lines:
     case Stage::highlight_faint_lines:
     case Stage::highlight_lines:
-      return Shape::line;
+      return Primitive::line;
     case Stage::balls:
     case Stage::ball_halos:
-      return Shape::ball;
+      return Primitive::ball;
     default:
-      return Shape::cone;
+      return Primitive::cone;
   }
 }
 bool isHalo(Stage stage) {
@@ -141,7 +141,7 @@ struct Job {
 
 struct Renderer::Impl {
   // Compiled when first needed: by shape and by what of it is drawn; by mode, samples and shading.
-  std::map<std::pair<Shape, Drawn>, Program> shapes;
+  std::map<std::pair<Primitive, Drawn>, Program> shapes;
   std::map<std::array<int, 3>, Program> compose;
   std::map<BatchId, CardBatch> batches;
   std::array<Target, 2> eyes;
@@ -160,7 +160,7 @@ struct Renderer::Impl {
 
   const Target& whole() const { return wholes[last]; }
   void remove(BatchId id);
-  Program& drawing(Shape shape, Drawn drawn);
+  Program& drawing(Primitive shape, Drawn drawn);
   Program& composing(StereoMode mode, int samples, bool shaded);
   RenderFigures start(const std::array<EyeView, 2>& views, const RenderOptions& options);
   void clearEye(std::size_t eye);
@@ -213,7 +213,7 @@ void Renderer::put(BatchId id, const NeuriteBatch& batch, Layer layer) {
   on_card.put(batch, layer);
 }
 
-Program& Renderer::Impl::drawing(Shape shape, Drawn drawn) {
+Program& Renderer::Impl::drawing(Primitive shape, Drawn drawn) {
   const std::pair key{shape, drawn};
   const auto found = shapes.find(key);
   if (found != shapes.end()) return found->second;
@@ -266,12 +266,12 @@ Program& Renderer::Impl::enter(Stage stage, std::size_t eye) {
   const bool is_highlight = stage >= Stage::highlight_faint_lines && stage <= Stage::highlight;
   const bool is_highlight_line = stage == Stage::highlight_faint_lines || stage == Stage::highlight_lines;
   const bool is_neurite = stage < Stage::highlight_faint_lines;
-  const Shape shape = shapeOf(stage);
+  const Primitive shape = primitiveOf(stage);
   const bool may_fade = is_neurite && options.clear_begin_um > view.frustum.near_um;
-  Program& program = drawing(shape, fades(stage)                       ? Drawn::fading
-                                    : isHalo(stage)                    ? Drawn::halo
-                                    : shape == Shape::line && may_fade ? Drawn::solid
-                                                                       : Drawn::surface);
+  Program& program = drawing(shape, fades(stage)                           ? Drawn::fading
+                                    : isHalo(stage)                        ? Drawn::halo
+                                    : shape == Primitive::line && may_fade ? Drawn::solid
+                                                                           : Drawn::surface);
   program.use();
   program.set("rotation_VW", view.rotation_VW);
   program.set("lens", Eigen::Vector4d(p(0, 0), p(0, 2), p(1, 1), p(1, 2)));
@@ -284,16 +284,16 @@ Program& Renderer::Impl::enter(Stage stage, std::size_t eye) {
       "fog", is_neurite ? Vector3d(options.fog_begin_um, options.fog_end_um, options.fog_most) : Vector3d(1e9, 2e9, 0));
   program.set("clearing", is_neurite ? options.clear_end_um : -2, is_neurite ? options.clear_begin_um : -1);
   program.set("opacity", !faint ? 1.0 : is_highlight ? 0.45 : 0.4);
-  if (shape == Shape::line) {
+  if (shape == Primitive::line) {
     const bool is_ribbon = stage == Stage::ribbons || stage == Stage::fading_ribbons;
     program.set("width_px", is_highlight_line ? 2 * kHighlightRadius_px * job.samples
                             : is_ribbon       ? std::max<double>(job.samples, kRibbon)
                                               : job.samples);
     return program;
   }
-  program.set("least_px", is_highlight           ? kHighlightRadius_px * job.samples
-                          : shape == Shape::ball ? kLeastBall_px
-                                                 : kLeastRadius_px);
+  program.set("least_px", is_highlight               ? kHighlightRadius_px * job.samples
+                          : shape == Primitive::ball ? kLeastBall_px
+                                                     : kLeastRadius_px);
   if (isHalo(stage)) {
     program.set("halo_px", (is_neurite ? options.halo_px : kOverlayHalo_px) * job.samples);
     // The glyph has a halo, and boxes have none.
