@@ -386,7 +386,7 @@ def test_export_spares_the_set_and_needs_a_cell(example, tmp_path):
     before = {p: p.read_bytes() for p in (tmp_path / "a.fil").rglob("*") if p.is_file()}
     with ff.open(tmp_path / "a.fil") as s:
         for name in "a.fil/CURRENT", "link", "hard.swc":
-            with pytest.raises(ValueError, match="is a file of the tile set; name another file"):
+            with pytest.raises(ValueError, match="is a file of the tile set, the input; name another file"):
                 s.export(tmp_path / name, "L5_1")
         for name in "none.zip", "none.swc", "none/", "none.precomputed":
             with pytest.raises(ValueError, match="no cell is chosen"):

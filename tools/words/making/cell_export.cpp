@@ -196,7 +196,8 @@ void refuseFileOfSet(const CellExport& exported) {
   for (fs::recursive_directory_iterator at(exported.name, kFollow, error), end; !error && at != end;
        at.increment(error))
     if (fs::equivalent(at->path(), target, ignored))
-      throw UsageError("--output " + inShort(exported.output) + ": is a file of the tile set; name another file");
+      throw UsageError("--output " + inShort(exported.output) +
+                       ": is a file of the tile set, the input; name another file");
 }
 
 ExportPlace placeByEnding(const std::string& out, const std::string& named_format) {
