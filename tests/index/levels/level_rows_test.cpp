@@ -24,7 +24,7 @@ Ends endsOf(const Vector3d& a, const Vector3d& b, std::uint32_t cell) {
 TEST(LevelRows, FewPixelsNeedFewSegmentsAndManyPixelsNeedThemAll) {
   const test::TempFolder folder;
   CellList stream(test::randomColumn(31, 12, 500, 300));
-  ingest(stream, folder / "a.fil", {.capacity = 8});
+  ingest(stream, folder / "a.fil", {.capacity = 8, .levels = true});
   const auto set = TileSet::open(folder / "a.fil");
   const auto levels = Levels::open(*set);
   ASSERT_NE(levels, nullptr);
