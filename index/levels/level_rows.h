@@ -1,8 +1,4 @@
 // The simplified neurites that draw a box, as segments.
-//
-//   const auto levels = Levels::open(*set);
-//   for (const LevelRow& row : levelRows(*set, *levels, {lo_W, hi_W, 1000}).rows) draw(row.child_W, row.parent_W);
-//
 // Thread rule: any thread but the haptic one.
 #pragma once
 

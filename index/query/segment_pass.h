@@ -39,10 +39,6 @@ void forEachSegment(const TileStore& store, const SegmentPass& pass,
                     const std::function<void(TileId tile, std::span<const PassedSegment> segments)>& visit);
 
 // The same pass, where the caller takes one tile after the other.
-//
-//   SegmentReader reader(*set, {});
-//   for (auto segments = reader.next(); !segments.empty(); segments = reader.next()) use(segments);
-//
 // Thread rule: thread-compatible.
 class SegmentReader {
  public:

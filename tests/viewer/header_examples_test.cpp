@@ -28,7 +28,6 @@
 #include "index/hdf5/hdf5_writer.h"
 #include "index/ingest/ingest.h"
 #include "index/input/input.h"
-#include "index/levels/level_rows.h"
 #include "index/levels/levels.h"
 #include "index/measure/neurite_density.h"
 #include "index/measure/segment_looks.h"
@@ -115,19 +114,6 @@ void segmentPass(const std::unique_ptr<TileSet>& set) {
   forEachSegment(*set, {}, [&](TileId, std::span<const PassedSegment> segments) {
     for (const PassedSegment& s : segments) length_um += set->grid().toWorld(s.child - s.parent).norm();
   });
-}
-
-void segmentReader(const std::unique_ptr<TileSet>& set, void use(std::span<const PassedSegment>)) {
-  // index/query/segment_pass.h
-  SegmentReader reader(*set, {});
-  for (auto segments = reader.next(); !segments.empty(); segments = reader.next()) use(segments);
-}
-
-void levelRowsOfABox(const std::unique_ptr<TileSet>& set, const Vector3d& lo_W, const Vector3d& hi_W,
-                     void draw(const Vector3d&, const Vector3d&)) {
-  // index/levels/level_rows.h
-  const auto levels = Levels::open(*set);
-  for (const LevelRow& row : levelRows(*set, *levels, {lo_W, hi_W, 1000}).rows) draw(row.child_W, row.parent_W);
 }
 
 void cellPass(const std::unique_ptr<TileSet>& set, const std::vector<std::uint32_t>& ids, void use(CellGraph)) {
@@ -597,7 +583,7 @@ TEST(HeaderExamples, AllAreCompiledHereAsTheyStandThere) {
             << text;
       }
     }
-  EXPECT_EQ(count, 58u) << "examples; a new one goes into this file";
+  EXPECT_EQ(count, 56u) << "examples; a new one goes into this file";
 }
 
 TEST(HeaderExamples, AnExampleIsTold) {
