@@ -1,10 +1,10 @@
 #include "device/bridge/bridge_device.h"
 
 #include "device/bridge/bridge_protocol.h"
+#include "device/bridge/internal/bridge_socket.h"
 #include "device/device_gate.h"
 
 #include <algorithm>
-#include <arpa/inet.h>
 #include <array>
 #include <atomic>
 #include <cerrno>
@@ -12,19 +12,15 @@
 #include <cstdlib>
 #include <cstring>
 #include <ctime>
-#include <dirent.h>
-#include <fcntl.h>
-#include <netinet/in.h>
 #include <poll.h>
 #include <sys/socket.h>
-#include <sys/stat.h>
-#include <sys/un.h>
 #include <unistd.h>
-#include <utility>
 
 namespace filiform {
 
 namespace {
+
+using internal::OwnedDescriptor;
 
 constexpr int kMostPackets = 64;              // packets an exchange: a flood cannot block it
 constexpr double kMost_m = 10;                // positions beyond are not believable
@@ -37,97 +33,6 @@ std::int64_t monotonic_ns() noexcept {
 }
 
 std::int64_t inNanoseconds(double seconds) noexcept { return static_cast<std::int64_t>(1e9 * seconds); }
-
-struct Socket {
-  int number = -1;
-  Socket() = default;
-  explicit Socket(int of) : number(of) {}
-  Socket(Socket&& other) noexcept : number(std::exchange(other.number, -1)) {}
-  Socket& operator=(Socket&& other) noexcept {
-    std::swap(number, other.number);
-    return *this;
-  }
-  ~Socket() {
-    if (number >= 0) ::close(number);
-  }
-};
-
-sockaddr_un unixAddress(const std::string& path) {
-  sockaddr_un address{};
-  address.sun_family = AF_UNIX;
-  if (path.size() >= sizeof address.sun_path)
-    throw DeviceError(path + ": too long for a socket; at most " + std::to_string(sizeof address.sun_path - 1) +
-                      " bytes");
-  std::copy(path.begin(), path.end(), address.sun_path);
-  return address;
-}
-
-Socket connectToPath(const std::string& path) {
-  const sockaddr_un address = unixAddress(path);
-  Socket socket(::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
-  if (socket.number < 0 || ::connect(socket.number, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
-    throw DeviceError(path + ": no bridge listens there (" + std::strerror(errno) +
-                      "); start it first, as in: simulated " + path);
-  ucred user{};
-  socklen_t size = sizeof user;
-  if (::getsockopt(socket.number, SOL_SOCKET, SO_PEERCRED, &user, &size) != 0 || user.uid != ::geteuid())
-    throw DeviceError(path + ": the bridge belongs to another user; start your own");
-  return socket;
-}
-
-Socket connectToPort(const std::string& address) {
-  const std::size_t colon = address.rfind(':');
-  const std::string host = colon < 4 ? "" : address.substr(4, colon - 4);
-  const std::string port = address.substr(colon + 1);
-  sockaddr_in there{};
-  there.sin_family = AF_INET;
-  const bool is_number = !port.empty() && port.size() < 6 && port.find_first_not_of("0123456789") == std::string::npos;
-  const int number = is_number ? std::stoi(port) : 0;
-  if (::inet_pton(AF_INET, host == "localhost" ? "127.0.0.1" : host.c_str(), &there.sin_addr) != 1 ||
-      ntohl(there.sin_addr.s_addr) >> 24 != 127 || number < 1 || number > 65535)
-    throw DeviceError("bridge:" + address + ": give bridge:udp:127.0.0.1:PORT, an address of this machine");
-  there.sin_port = htons(static_cast<std::uint16_t>(number));
-  Socket socket(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
-  if (socket.number < 0 || ::connect(socket.number, reinterpret_cast<const sockaddr*>(&there), sizeof there) != 0)
-    throw DeviceError("bridge:" + address + ": " + std::strerror(errno));
-  return socket;
-}
-
-std::array<unsigned char, FB_COOKIE_BYTES> readCookie(std::string path) {
-  const char* const named = std::getenv("FILIFORM_BRIDGE_COOKIE");
-  if (path.empty()) path = named != nullptr && named[0] != 0 ? named : bridgeFolder() + "/cookie";
-  const Socket file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW));
-  if (file.number < 0)
-    throw DeviceError(path + ": " + std::strerror(errno) +
-                      "; it holds the cookie of a bridge at a port, which makes it");
-  struct stat found {};
-  if (::fstat(file.number, &found) != 0 || found.st_uid != ::geteuid() || (found.st_mode & 077) != 0)
-    throw DeviceError(path + ": must belong to you, and only you may read it: chmod 600");
-  char digits[2 * FB_COOKIE_BYTES];
-  std::array<unsigned char, FB_COOKIE_BYTES> cookie{};
-  bool whole = ::read(file.number, digits, sizeof digits) == static_cast<ssize_t>(sizeof digits);
-  for (std::size_t i = 0; i < sizeof digits && whole; ++i) {
-    const char c = digits[i];
-    const int value = c >= '0' && c <= '9' ? c - '0' : c >= 'a' && c <= 'f' ? c - 'a' + 10 : -1;
-    whole = value >= 0;
-    cookie[i / 2] = static_cast<unsigned char>(16 * cookie[i / 2] + value);
-  }
-  if (!whole)
-    throw DeviceError(path + ": does not begin with 32 hexadecimal digits; remove it, and start the bridge again");
-  return cookie;
-}
-
-std::string onlyBridge() {
-  std::string only, others;
-  for (const FoundBridge& bridge : findBridges()) {
-    if (!bridge.listens) continue;
-    if (!only.empty()) others += ", bridge:" + bridge.path;
-    if (only.empty()) only = bridge.path;
-  }
-  if (only.empty()) throw DeviceError("no bridge listens in " + bridgeFolder() + "; start one, or give bridge:PATH");
-  if (!others.empty()) throw DeviceError("several bridges listen: choose bridge:" + only + others);
-  return only;
-}
 
 // Throws if a description of a device cannot be right.
 DeviceCapabilities capabilitiesOf(const fb_hello& hello, const std::string& where) {
@@ -172,7 +77,7 @@ struct BridgeDevice::Impl {
   BridgeOptions options;
   std::string where;
   bool udp = false;
-  Socket socket;
+  OwnedDescriptor socket;
   std::array<unsigned char, FB_COOKIE_BYTES> cookie{};
   DeviceCapabilities capabilities;
   DeviceState state;
@@ -337,17 +242,17 @@ struct BridgeDevice::Impl {
   void connect() {
     udp = options.address.starts_with("udp:");
     where = "bridge:" + options.address;
-    socket = Socket();
+    socket = OwnedDescriptor();
     if (options.connect) {
       where = options.address;
-      socket = Socket(options.connect());
+      socket = OwnedDescriptor(options.connect());
     } else if (udp) {
-      socket = connectToPort(options.address);  // complains of the address first
-      cookie = readCookie(options.cookie_file);
+      socket = internal::connectToPort(options.address);  // complains of the address first
+      cookie = internal::readCookie(options.cookie_file);
     } else {
-      const std::string path = options.address.empty() ? onlyBridge() : options.address;
+      const std::string path = options.address.empty() ? internal::onlyBridge() : options.address;
       where = "bridge:" + path;
-      socket = connectToPath(path);
+      socket = internal::connectToPath(path);
     }
     is_gone = has_state = false;
     seq = 0;
@@ -473,7 +378,7 @@ void BridgeDevice::close() noexcept {
     packet.kind = FB_BYE;
     d.send(packet);
   }
-  d.socket = Socket();
+  d.socket = OwnedDescriptor();
   d.is_open = false;
   d.state.status = DeviceStatus::closed;
 }
@@ -502,35 +407,5 @@ double BridgeDevice::longestRoundTrip_s() const noexcept { return impl_->longest
 BridgeCounters BridgeDevice::counters() const noexcept { return impl_->counters; }
 
 bool BridgeDevice::isSilent() const noexcept { return impl_->silent; }
-
-std::string bridgeFolder() {
-  const char* const runtime = std::getenv("XDG_RUNTIME_DIR");
-  if (runtime != nullptr && runtime[0] == '/') return std::string(runtime) + "/filiform";
-  return "/tmp/filiform-" + std::to_string(::geteuid());
-}
-
-std::vector<FoundBridge> findBridges() {
-  std::vector<FoundBridge> found;
-  const std::string folder = bridgeFolder();
-  struct stat of {};
-  if (::lstat(folder.c_str(), &of) != 0 || !S_ISDIR(of.st_mode) || of.st_uid != ::geteuid()) return found;
-  DIR* const entries = ::opendir(folder.c_str());
-  if (entries == nullptr) return found;
-  while (const dirent* const entry = ::readdir(entries)) {
-    const std::string path = folder + "/" + entry->d_name;
-    if (!path.ends_with(".bridge") || ::lstat(path.c_str(), &of) != 0 || !S_ISSOCK(of.st_mode)) continue;
-    if (of.st_uid != ::geteuid()) continue;
-    FoundBridge bridge{path, false};
-    try {
-      bridge.listens = connectToPath(path).number >= 0;
-    } catch (const DeviceError&) {
-      bridge.listens = false;
-    }
-    found.push_back(std::move(bridge));
-  }
-  ::closedir(entries);
-  std::sort(found.begin(), found.end(), [](const FoundBridge& a, const FoundBridge& b) { return a.path < b.path; });
-  return found;
-}
 
 }  // namespace filiform

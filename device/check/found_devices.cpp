@@ -1,6 +1,6 @@
 #include "device/check/found_devices.h"
 
-#include "device/bridge/bridge_device.h"
+#include "device/bridge/bridge_folder.h"
 #include "device/factory/device_factory.h"
 #include "device/falcon/falcon.h"
 #include "device/gamepad/gamepad_port.h"

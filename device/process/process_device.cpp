@@ -1,6 +1,7 @@
 #include "device/process/process_device.h"
 
 #include "device/bridge/bridge_device.h"
+#include "device/internal/owned_descriptor.h"
 
 #include <array>
 #include <atomic>
@@ -28,25 +29,13 @@ namespace filiform {
 
 namespace {
 
+using internal::OwnedDescriptor;
+
 constexpr const char* kDeviceProgram = "filiform-device";
 constexpr int kChildSocket = 3;
 constexpr double kOpening_s = 15;  // of a device: loading a Falcon's firmware takes 3 s
 constexpr int kEnd_ms = 500, kDoubtfulEnd_ms = 150, kLost_ms = 200, kRescue_ms = 1000, kRescues = 3;
 constexpr int kLook_ms = 20, kLooks = 6;  // the watcher looks so often at an exchange that does not end
-
-struct OwnedEnd {
-  int number = -1;
-  OwnedEnd() = default;
-  explicit OwnedEnd(int of) : number(of) {}
-  OwnedEnd(OwnedEnd&& other) noexcept : number(std::exchange(other.number, -1)) {}
-  OwnedEnd& operator=(OwnedEnd&& other) noexcept {
-    std::swap(number, other.number);
-    return *this;
-  }
-  ~OwnedEnd() {
-    if (number >= 0) ::close(number);
-  }
-};
 
 // The path beside the running program, or the bare name, which PATH then resolves.
 std::string deviceProgramPath() {
@@ -67,7 +56,7 @@ int statusOf(pid_t process) noexcept {
 // A started process. What it prints comes through a pipe, whose end is the end of the process.
 struct Child {
   pid_t id = -1;
-  OwnedEnd output;
+  OwnedDescriptor output;
 };
 
 }  // namespace
@@ -86,7 +75,7 @@ struct ProcessDevice::Impl {
   std::atomic<bool> lost{false}, silent{false}, ends{false};  // silent: lost because it did not answer
   std::atomic<bool> placed{false};                            // the first exchange() since open() has been
   std::atomic<std::uint64_t> begins_and_ends{0};              // of exchanges; odd: one is under way
-  OwnedEnd wake{::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)};
+  OwnedDescriptor wake{::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)};
   std::optional<BridgeDevice> bridge;
   std::thread watcher;
 
@@ -94,8 +83,8 @@ struct ProcessDevice::Impl {
     int ends_of[2];
     if (::pipe2(ends_of, O_CLOEXEC) != 0) throw DeviceError(std::string("no pipe: ") + std::strerror(errno));
     Child started;
-    started.output = OwnedEnd(ends_of[0]);
-    const OwnedEnd written(ends_of[1]);
+    started.output = OwnedDescriptor(ends_of[0]);
+    const OwnedDescriptor written(ends_of[1]);
     ::fcntl(started.output.number, F_SETFL, O_NONBLOCK);
     words.insert(words.begin(), options.program.empty() ? deviceProgramPath() : options.program);
     std::vector<char*> arguments;
@@ -137,8 +126,8 @@ struct ProcessDevice::Impl {
     int pair[2];
     if (::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, pair) != 0)
       throw DeviceError(std::string("no socket: ") + std::strerror(errno));
-    OwnedEnd mine(pair[0]);
-    const OwnedEnd theirs(pair[1]);
+    OwnedDescriptor mine(pair[0]);
+    const OwnedDescriptor theirs(pair[1]);
     ::fcntl(mine.number, F_SETFL, O_NONBLOCK);
     const std::lock_guard lock(mutex);
     end(kEnd_ms);

@@ -410,7 +410,7 @@ typedef struct filiform_ingest_options {
   const char* attributes;   /* a CSV or TSV table with a row a cell, whose columns stay with the cells; NULL: none */
   const char* key;          /* its column with the names of cells */
   const char* population;   /* of a circuit, read only this one; NULL: all */
-  const char* morphologies; /* the folder of a circuit's morphologies; NULL: the one that the circuit states */
+  const char* morphologies; /* a folder with the circuit's morphologies; NULL: use the folder that the circuit names */
   const char* version;      /* of neurons that a NeuroMorpho archive holds twice: "cng", "source", "both"; NULL: cng */
   uint32_t no_soma_links;   /* not 0: link no soma in formats that state no such links */
   uint32_t one_cell_a_file; /* not 0: keep a file that holds several cells as one */

@@ -31,8 +31,8 @@ struct PassedRow {
 
 namespace {
 
-// A pass that Python takes in parts. Thread rule: one thread at a time; Python's global lock sees to it while a part
-// is begun.
+// Gives Python the rows of a pass in parts. Thread rule: one thread at a time. Python's global lock keeps a second
+// thread out while a thread begins a part.
 class PythonSegments {
  public:
   PythonSegments(SetHandle& handle, py::dtype row, const std::optional<py::tuple>& box,

@@ -2,6 +2,7 @@
 
 #include "viewer/gl/internal/card_batch.h"
 #include "viewer/gl/internal/gl_objects.h"
+#include "viewer/gl/internal/picture_reader.h"
 #include "viewer/gl/internal/pieces.h"
 #include "viewer/gl/internal/shaders.h"
 
@@ -21,9 +22,13 @@ namespace filiform {
 namespace {
 
 using internal::CardBatch;
+using internal::fades;
+using internal::isHalo;
 using internal::kHighlightRadius_px;
 using internal::listPieces;
 using internal::Piece;
+using internal::Primitive;
+using internal::primitiveOf;
 using internal::Program;
 using internal::requireNoError;
 using internal::Stage;
@@ -57,22 +62,6 @@ std::string withDefinitions(std::string text, std::initializer_list<std::pair<co
   return text.insert(text.find('\n') + 1, defined);
 }
 
-// Reads rows of the bound framebuffer, the lowest first: to memory, or into the bound buffer of the card. Four bytes a
-// pixel: every OpenGL can do that.
-void readRows(int width, int lowest, int rows, std::uint8_t* to) {
-  glPixelStorei(GL_PACK_ALIGNMENT, 1);
-  glReadPixels(0, lowest, width, rows, GL_RGBA, GL_UNSIGNED_BYTE, to);
-}
-
-std::size_t bytesOfRows(int width, int rows) { return std::size_t{4} * static_cast<unsigned>(width * rows); }
-
-// Appends such rows to a picture, whose rows begin at the top.
-void appendRows(Picture& picture, const std::vector<std::uint8_t>& rows) {
-  const std::size_t row = bytesOfRows(picture.width, 1);
-  for (std::size_t end = rows.size(); end > 0; end -= row)
-    for (std::size_t at = end - row; at < end; at += 4) picture.rgb.insert(picture.rgb.end(), &rows[at], &rows[at] + 3);
-}
-
 // Waits until what was drawn into the bound framebuffer is drawn. The driver draws later than the calls return, and
 // browsers wait for no less than a pixel: glFinish() returns at once there, and fences are signalled after the frame.
 void waitForPixel() {
@@ -85,7 +74,6 @@ constexpr std::size_t kFirstGroup = 1;
 // Rows of the picture that one step composes.
 constexpr int kRows = 64;
 
-enum class Primitive : std::uint8_t { line, cone, ball };
 std::pair<const char*, const char*> textsOf(Primitive shape) {
   if (shape == Primitive::line) return {internal::kLineVertexShader, internal::kLineFragmentShader};
   if (shape == Primitive::cone) return {internal::kConeVertexShader, internal::kConeFragmentShader};
@@ -93,27 +81,6 @@ std::pair<const char*, const char*> textsOf(Primitive shape) {
 }
 // As the shaders number it. Of lines, `solid` is what does not fade.
 enum class Drawn : std::uint8_t { surface, halo, solid = halo, fading };
-
-Primitive primitiveOf(Stage stage) {
-  switch (stage) {
-    case Stage::ribbons:
-    case Stage::lines:
-    case Stage::fading_ribbons:
-    case Stage::fading_lines:
-    case Stage::highlight_faint_lines:
-    case Stage::highlight_lines:
-      return Primitive::line;
-    case Stage::balls:
-    case Stage::ball_halos:
-      return Primitive::ball;
-    default:
-      return Primitive::cone;
-  }
-}
-bool isHalo(Stage stage) {
-  return (stage >= Stage::large_ball_halos && stage <= Stage::ball_halos) || stage == Stage::overlay_halos;
-}
-bool fades(Stage stage) { return stage == Stage::fading_ribbons || stage == Stage::fading_lines; }
 
 // A picture under way: first the pieces of each eye, then the rows of the composed picture.
 struct Job {
@@ -155,8 +122,7 @@ struct Renderer::Impl {
   bool has_base_instance = false;  // a piece then needs no pointers of its own
   std::uint64_t bytes = 0;
   Job job;
-  GLuint rows_read = 0;    // a buffer of the card, for readMore()
-  int rows_under_way = 0;  // into it
+  internal::PictureReader reader;
 
   const Target& whole() const { return wholes[last]; }
   void remove(BatchId id);
@@ -184,7 +150,6 @@ Renderer::~Renderer() {
   glUseProgram(0);  // a deleted program would be restored by whoever draws next with another one
   while (!impl_->batches.empty()) impl_->remove(impl_->batches.begin()->first);
   glDeleteVertexArrays(1, &impl_->nothing);
-  glDeleteBuffers(1, &impl_->rows_read);
 }
 
 void Renderer::Impl::remove(BatchId id) {
@@ -492,39 +457,10 @@ Picture Renderer::read() const {
 }
 
 bool Renderer::readMore(Picture& picture, int most_rows) const {
-  const PictureSize& size = impl_->whole().size();
-  const std::size_t row = static_cast<std::size_t>(size.width) * 3;
-  if (size.width == 0) return true;
-  if (picture.rgb.empty() && picture.width == 0) {
-    picture = {size.width, size.height, {}};
-    picture.rgb.reserve(row * static_cast<std::size_t>(size.height));
-    impl_->rows_under_way = 0;
-  }
-  std::vector<std::uint8_t> rows(bytesOfRows(size.width, impl_->rows_under_way));
-  if (impl_->rows_read == 0) glGenBuffers(1, &impl_->rows_read);
-  glBindBuffer(GL_PIXEL_PACK_BUFFER, impl_->rows_read);
-  if (!rows.empty()) glGetBufferSubData(GL_PIXEL_PACK_BUFFER, 0, static_cast<GLsizeiptr>(rows.size()), rows.data());
-  appendRows(picture, rows);
-  const int left = size.height - static_cast<int>(picture.rgb.size() / row);
-  impl_->rows_under_way = std::min(most_rows, left);
-  if (left > 0) {
-    const std::size_t bytes = bytesOfRows(size.width, impl_->rows_under_way);
-    glBufferData(GL_PIXEL_PACK_BUFFER, static_cast<GLsizeiptr>(bytes), nullptr, GL_STREAM_READ);
-    impl_->whole().bind();
-    readRows(size.width, left - impl_->rows_under_way, impl_->rows_under_way, nullptr);
-  }
-  glBindBuffer(GL_PIXEL_PACK_BUFFER, 0);
-  return left == 0;
+  return impl_->reader.readMore(impl_->whole(), picture, most_rows);
 }
 
-Picture Renderer::readWindow(const PictureSize& window) {
-  Picture picture{window.width, window.height, {}};
-  std::vector<std::uint8_t> rows(bytesOfRows(window.width, window.height));
-  glBindFramebuffer(GL_FRAMEBUFFER, 0);
-  readRows(window.width, 0, window.height, rows.data());
-  appendRows(picture, rows);
-  return picture;
-}
+Picture Renderer::readWindow(const PictureSize& window) { return internal::PictureReader::readWindow(window); }
 
 void Renderer::finish() const {
   if (impl_->whole().size().width == 0) return;

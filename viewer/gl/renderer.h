@@ -13,6 +13,7 @@
 #pragma once
 
 #include "viewer/gl/graphics_context.h"
+#include "viewer/gl/picture.h"
 #include "viewer/gl/render_options.h"
 #include "viewer/scene/neurite_batches.h"
 #include "viewer/scene/stereo.h"
@@ -20,14 +21,8 @@
 #include <array>
 #include <cstdint>
 #include <memory>
-#include <vector>
 
 namespace filiform {
-
-struct Picture {
-  int width = 0, height = 0;
-  std::vector<std::uint8_t> rgb;  // rows from the top
-};
 
 class Renderer {
  public:

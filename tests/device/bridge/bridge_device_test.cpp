@@ -1,5 +1,6 @@
 #include "device/bridge/bridge_device.h"
 
+#include "device/bridge/bridge_folder.h"
 #include "device/factory/device_factory.h"
 #include "tests/support/devices/bridge_process.h"
 #include "tests/support/no_alloc_guard.h"

@@ -1,4 +1,5 @@
 #include "device/bridge/bridge_device.h"
+#include "device/bridge/bridge_folder.h"
 #include "tests/support/devices/bridge_process.h"
 #include "tests/support/folders.h"
 #include "tests/support/temp_folder.h"

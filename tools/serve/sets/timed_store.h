@@ -27,11 +27,11 @@ class TimedStore final : public ForwardingStore {
     Limit(const Limit&) = delete;
     Limit& operator=(const Limit&) = delete;
   };
-  // Throws AnswerTimeout if this thread has a limit and the time is over, or nobody waits for the answer.
+  // Throws AnswerTimeout if this thread has a limit and the time is over, or the client has left.
   static void check();
   // Reads so far that ended with CorruptTile.
   std::uint64_t damagedReads() const { return damaged_; }
-  // True when this share of the time is over, or nobody waits for the answer; with 1, where check() throws.
+  // True if this share of the time is over, or the client has left. isOver(1) is true where check() throws.
   static bool isOver(double share = 1);
 
   std::shared_ptr<const Tile> load(TileId tile) const override;

@@ -15,6 +15,27 @@ constexpr double kFlatBall_px = 6;
 
 }  // namespace
 
+Primitive primitiveOf(Stage stage) {
+  switch (stage) {
+    case Stage::ribbons:
+    case Stage::lines:
+    case Stage::fading_ribbons:
+    case Stage::fading_lines:
+    case Stage::highlight_faint_lines:
+    case Stage::highlight_lines:
+      return Primitive::line;
+    case Stage::balls:
+    case Stage::ball_halos:
+      return Primitive::ball;
+    default:
+      return Primitive::cone;
+  }
+}
+bool isHalo(Stage stage) {
+  return (stage >= Stage::large_ball_halos && stage <= Stage::ball_halos) || stage == Stage::overlay_halos;
+}
+bool fades(Stage stage) { return stage == Stage::fading_ribbons || stage == Stage::fading_lines; }
+
 RenderFigures listPieces(const EyeView& view, const PictureSize& size, int samples, const RenderOptions& options,
                          std::map<BatchId, CardBatch>& batches, std::vector<Piece>& pieces) {
   const LevelView whole = levelView(view, size), clear = levelView(view, size, options.clear_end_um);

@@ -33,6 +33,11 @@ enum class Stage : std::uint8_t {
   overlays
 };
 
+enum class Primitive : std::uint8_t { line, cone, ball };
+Primitive primitiveOf(Stage stage);
+bool isHalo(Stage stage);
+bool fades(Stage stage);
+
 // Least radius of a highlighted cell's segments, in pixels of the picture; thinner ones are lines of this width.
 inline constexpr double kHighlightRadius_px = 1.1;
 
