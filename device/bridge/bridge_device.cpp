@@ -1,5 +1,6 @@
 #include "device/bridge/bridge_device.h"
 
+#include "device/bridge/bridge_folder.h"
 #include "device/bridge/bridge_protocol.h"
 #include "device/bridge/internal/bridge_socket.h"
 #include "device/device_gate.h"
@@ -248,9 +249,9 @@ struct BridgeDevice::Impl {
       socket = OwnedDescriptor(options.connect());
     } else if (udp) {
       socket = internal::connectToPort(options.address);  // complains of the address first
-      cookie = internal::readCookie(options.cookie_file);
+      cookie = internal::readCookie(options.cookie_file.empty() ? bridgeCookieFile() : options.cookie_file);
     } else {
-      const std::string path = options.address.empty() ? internal::onlyBridge() : options.address;
+      const std::string path = options.address.empty() ? onlyBridge() : options.address;
       where = "bridge:" + path;
       socket = internal::connectToPath(path);
     }

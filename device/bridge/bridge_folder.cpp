@@ -1,7 +1,6 @@
 #include "device/bridge/bridge_folder.h"
 
 #include "device/bridge/internal/bridge_socket.h"
-#include "device/haptic_device.h"
 
 #include <algorithm>
 #include <cstdlib>
@@ -11,6 +10,11 @@
 #include <utility>
 
 namespace filiform {
+
+std::string bridgeCookieFile() {
+  const char* const named = std::getenv("FILIFORM_BRIDGE_COOKIE");
+  return named != nullptr && named[0] != 0 ? named : bridgeFolder() + "/cookie";
+}
 
 std::string bridgeFolder() {
   const char* const runtime = std::getenv("XDG_RUNTIME_DIR");
@@ -40,6 +44,18 @@ std::vector<FoundBridge> findBridges() {
   ::closedir(entries);
   std::sort(found.begin(), found.end(), [](const FoundBridge& a, const FoundBridge& b) { return a.path < b.path; });
   return found;
+}
+
+std::string onlyBridge() {
+  std::string only, others;
+  for (const FoundBridge& bridge : findBridges()) {
+    if (!bridge.listens) continue;
+    if (!only.empty()) others += ", bridge:" + bridge.path;
+    if (only.empty()) only = bridge.path;
+  }
+  if (only.empty()) throw DeviceError("no bridge listens in " + bridgeFolder() + "; start one, or give bridge:PATH");
+  if (!others.empty()) throw DeviceError("several bridges listen: choose bridge:" + only + others);
+  return only;
 }
 
 }  // namespace filiform

@@ -170,6 +170,18 @@ void tellPython(const py::object& progress, const WorkProgress& told) {
   if (!progress.is_none()) progress(told.phase, told.done, told.total);
 }
 
+using Tell = std::function<void(WorkProgress)>;
+
+// Tells the phases of work on sets.
+auto phasesTo(const Tell& tell) {
+  return [&tell](const char* phase, std::uint64_t done, std::uint64_t total) { tell({phase, done, total}); };
+}
+
+// runLong() with the argument `progress`.
+void runTold(std::atomic<bool>& cancel, const Arguments& a, const std::function<void(const Tell&)>& work) {
+  runLong(cancel, work, [progress = a.raw("progress")](const WorkProgress& told) { tellPython(progress, told); });
+}
+
 py::dict setReport(const IngestResult& set) {
   using namespace pybind11::literals;
   return py::dict("revision"_a = set.revision, "cells"_a = set.counts.cells, "samples"_a = set.counts.samples,
@@ -198,19 +210,14 @@ py::dict ingestInputs(const std::vector<std::string>& inputs, const std::string&
   options.cancel = &cancel;
   order.reading.remote.cancel = &cancel;
   tools::MakingResult made;
-  runLong(
-      cancel,
-      [&](const std::function<void(WorkProgress)>& tell) {
-        order.reading.progress = [&](std::uint64_t done, std::uint64_t total) {
-          if (cancel) throw Interrupted("interrupted");
-          tell({"read", done, total});
-        };
-        options.progress = [&](const char* phase, std::uint64_t done, std::uint64_t total) {
-          tell({phase, done, total});
-        };
-        made = tools::make(std::move(order), std::move(options));
-      },
-      [&, progress = a.raw("progress")](const WorkProgress& told) { tellPython(progress, told); });
+  runTold(cancel, a, [&](const Tell& tell) {
+    order.reading.progress = [&](std::uint64_t done, std::uint64_t total) {
+      if (cancel) throw Interrupted("interrupted");
+      tell({"read", done, total});
+    };
+    options.progress = phasesTo(tell);
+    made = tools::make(std::move(order), std::move(options));
+  });
   using namespace pybind11::literals;
   py::dict result = setReport(made.set);
   update(result, reportsOf(std::move(made.reports)));
@@ -250,26 +257,21 @@ py::dict ingestCells(SetHandle& handle, std::vector<std::uint32_t> cells, const 
   std::atomic<bool> cancel{false};
   options.cancel = &cancel;
   IngestResult made;
-  runLong(
-      cancel,
-      [&](const std::function<void(WorkProgress)>& tell) {
-        const auto check = [&] {
-          if (cancel) throw Interrupted("interrupted");
-        };
-        const unsigned threads = tools::threadsOr(options.threads);
-        if (inside) cells = cellsInBox(set, cells, *inside, {.threads = threads, .check = check});
-        if (!codes.empty()) cells = cellsWithTypes(set, cells, codes, {.threads = threads, .check = check});
-        if (cells.empty()) throw UsageError("no cell of " + inShort(name) + " is chosen");
-        options.reading_bytes = options.memory / 4;
-        SetCells stream(set, cells,
-                        {.types = codes, .memory_bytes = options.reading_bytes, .threads = threads, .check = check});
-        options.provenance = [&] { return stream.provenance(); };
-        options.progress = [&](const char* phase, std::uint64_t done, std::uint64_t total) {
-          tell({phase, done, total});
-        };
-        made = add ? addCells(stream, output, options).set : ingest(stream, output, options);
-      },
-      [&, progress = a.raw("progress")](const WorkProgress& told) { tellPython(progress, told); });
+  runTold(cancel, a, [&](const Tell& tell) {
+    const auto check = [&] {
+      if (cancel) throw Interrupted("interrupted");
+    };
+    const unsigned threads = tools::threadsOr(options.threads);
+    if (inside) cells = cellsInBox(set, cells, *inside, {.threads = threads, .check = check});
+    if (!codes.empty()) cells = cellsWithTypes(set, cells, codes, {.threads = threads, .check = check});
+    if (cells.empty()) throw UsageError("no cell of " + inShort(name) + " is chosen");
+    options.reading_bytes = options.memory / 4;
+    SetCells stream(set, cells,
+                    {.types = codes, .memory_bytes = options.reading_bytes, .threads = threads, .check = check});
+    options.provenance = [&] { return stream.provenance(); };
+    options.progress = phasesTo(tell);
+    made = add ? addCells(stream, output, options).set : ingest(stream, output, options);
+  });
   return setReport(made);
 }
 
@@ -284,24 +286,20 @@ py::dict checkInputs(const std::vector<std::string>& inputs, const py::dict& giv
   reading.remote.cancel = &cancel;
   std::vector<SourceReport> reports;
   std::string doubt, text;
-  runLong(
-      cancel,
-      [&](const std::function<void(WorkProgress)>& tell) {
-        reading.progress = [&](std::uint64_t done, std::uint64_t total) {
-          if (cancel) throw Interrupted("interrupted");
-          tell({"read", done, total});
-        };
-        std::optional<Circuit> circuit;
-        if (Circuit::isCircuit(inputs, circuit_options))
-          circuit.emplace(Circuit::read(inputs.front(), circuit_options));
-        Input input = circuit ? Input(circuit->files(), reading) : Input(inputs, reading);
-        for (Cell cell; input.next(cell);) continue;
-        reports = tools::reportsOf(input, circuit ? &*circuit : nullptr);
-        doubt = input.unitDoubt();
-        text = summary(reports);
-        if (circuit) text += tools::describePopulations(circuit->populationsOf(reports));
-      },
-      [&, progress = a.raw("progress")](const WorkProgress& told) { tellPython(progress, told); });
+  runTold(cancel, a, [&](const Tell& tell) {
+    reading.progress = [&](std::uint64_t done, std::uint64_t total) {
+      if (cancel) throw Interrupted("interrupted");
+      tell({"read", done, total});
+    };
+    std::optional<Circuit> circuit;
+    if (Circuit::isCircuit(inputs, circuit_options)) circuit.emplace(Circuit::read(inputs.front(), circuit_options));
+    Input input = circuit ? Input(circuit->files(), reading) : Input(inputs, reading);
+    for (Cell cell; input.next(cell);) continue;
+    reports = tools::reportsOf(input, circuit ? &*circuit : nullptr);
+    doubt = input.unitDoubt();
+    text = summary(reports);
+    if (circuit) text += tools::describePopulations(circuit->populationsOf(reports));
+  });
   py::dict result = reportsOf(std::move(reports));
   result["summary"] = py::bytes(text);
   result["note"] = py::bytes(doubt);
@@ -314,15 +312,10 @@ py::dict compact(const std::string& path, const py::dict& given) {
   std::atomic<bool> cancel{false};
   options.cancel = &cancel;
   GrowthResult made;
-  runLong(
-      cancel,
-      [&](const std::function<void(WorkProgress)>& tell) {
-        options.progress = [&](const char* phase, std::uint64_t done, std::uint64_t total) {
-          tell({phase, done, total});
-        };
-        made = compactSet(path, options);
-      },
-      [&, progress = a.raw("progress")](const WorkProgress& told) { tellPython(progress, told); });
+  runTold(cancel, a, [&](const Tell& tell) {
+    options.progress = phasesTo(tell);
+    made = compactSet(path, options);
+  });
   return setReport(made.set);
 }
 
@@ -332,15 +325,10 @@ py::tuple verifySet(const std::string& path, bool deep, const std::string& sha25
   VerifyOptions options{.deep = deep, .sha256 = lowerCase(sha256), .cancel = &cancel, .remote = remoteOf(a)};
   options.remote.cancel = &cancel;
   VerifyReport report;
-  runLong(
-      cancel,
-      [&](const std::function<void(WorkProgress)>& tell) {
-        options.progress = [&](const char* phase, std::uint64_t done, std::uint64_t total) {
-          tell({phase, done, total});
-        };
-        report = verify(path, options);
-      },
-      [&, progress = a.raw("progress")](const WorkProgress& told) { tellPython(progress, told); });
+  runTold(cancel, a, [&](const Tell& tell) {
+    options.progress = phasesTo(tell);
+    report = verify(path, options);
+  });
   py::list problems;
   for (const std::string& problem : report.problems) problems.append(py::bytes(problem));
   return py::make_tuple(report.tiles, report.bytes, report.problem_count, std::move(problems));
@@ -359,15 +347,12 @@ std::uint64_t exportOf(SetHandle& handle, const std::vector<std::uint32_t>& cell
   };
   const tools::ExportPlace place = tools::exportPlaceOf(output, format);
   std::uint64_t samples = 0;
-  runLong(
-      cancel,
-      [&](const std::function<void(WorkProgress)>& tell) {
-        exported.progress = [&](std::uint64_t done) { tell({"export", done, cells.size()}); };
-        if (!exported.types.empty())
-          exported.cells = cellsWithTypes(open->set(), cells, exported.types, {.check = exported.check});
-        samples = tools::exportCells(exported, place);
-      },
-      [&, progress = a.raw("progress")](const WorkProgress& told) { tellPython(progress, told); });
+  runTold(cancel, a, [&](const Tell& tell) {
+    exported.progress = [&](std::uint64_t done) { tell({"export", done, cells.size()}); };
+    if (!exported.types.empty())
+      exported.cells = cellsWithTypes(open->set(), cells, exported.types, {.check = exported.check});
+    samples = tools::exportCells(exported, place);
+  });
   return samples;
 }
 

@@ -1,6 +1,5 @@
 #include "device/bridge/internal/bridge_socket.h"
 
-#include "device/bridge/bridge_folder.h"
 #include "device/haptic_device.h"
 
 #include <algorithm>
@@ -62,9 +61,7 @@ OwnedDescriptor connectToPort(const std::string& address) {
   return socket;
 }
 
-std::array<unsigned char, FB_COOKIE_BYTES> readCookie(std::string path) {
-  const char* const named = std::getenv("FILIFORM_BRIDGE_COOKIE");
-  if (path.empty()) path = named != nullptr && named[0] != 0 ? named : bridgeFolder() + "/cookie";
+std::array<unsigned char, FB_COOKIE_BYTES> readCookie(const std::string& path) {
   const OwnedDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW));
   if (file.number < 0)
     throw DeviceError(path + ": " + std::strerror(errno) +
@@ -84,18 +81,6 @@ std::array<unsigned char, FB_COOKIE_BYTES> readCookie(std::string path) {
   if (!whole)
     throw DeviceError(path + ": does not begin with 32 hexadecimal digits; remove it, and start the bridge again");
   return cookie;
-}
-
-std::string onlyBridge() {
-  std::string only, others;
-  for (const FoundBridge& bridge : findBridges()) {
-    if (!bridge.listens) continue;
-    if (!only.empty()) others += ", bridge:" + bridge.path;
-    if (only.empty()) only = bridge.path;
-  }
-  if (only.empty()) throw DeviceError("no bridge listens in " + bridgeFolder() + "; start one, or give bridge:PATH");
-  if (!others.empty()) throw DeviceError("several bridges listen: choose bridge:" + only + others);
-  return only;
 }
 
 }  // namespace filiform::internal
