@@ -4,6 +4,12 @@
 #include "tests/support/temp_folder.h"
 #include "tools/lab/bench/device/energy_meter.h"
 
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
 #include <gtest/gtest.h>
 
 namespace filiform::tools {
@@ -39,6 +45,34 @@ TEST(TransportSweep, StallsGiveNoEnergyBeyondTheBound) {
     EXPECT_LE(cell.beyond_J, 1e-9) << toString(transport);
     EXPECT_GT(cell.longest_gap_s, 0.012) << toString(transport);
   }
+}
+
+// The device processes that this process started.
+std::vector<int> deviceProcesses() {
+  std::vector<int> found;
+  for (const auto& task : std::filesystem::directory_iterator("/proc/self/task")) {
+    std::ifstream children(task.path() / "children");
+    for (int id = 0; children >> id;) {
+      std::string name;
+      std::ifstream("/proc/" + std::to_string(id) + "/comm") >> name;
+      if (std::string("filiform-device").starts_with(name) && !name.empty()) found.push_back(id);
+    }
+  }
+  return found;
+}
+
+TEST(TransportSweep, OpensADeviceThatIsLostAgain) {
+  const test::TempFolder folder;
+  SweepCell cell{.transport = SweepTransport::process, .stiffness_N_m = 800};
+  int calls = 0;
+  runSweepCell(cell, 2, folder.path(), [&calls] {
+    if (++calls == 300)
+      for (const int id : deviceProcesses()) ::kill(id, SIGKILL);
+    return false;
+  });
+  EXPECT_GE(cell.losses, 1U);
+  EXPECT_GT(cell.exchanges, 400U);
+  EXPECT_LE(cell.beyond_J, 1e-9);
 }
 
 TEST(EnergyMeter, CountsWhatIsBeyondTheSpring) {

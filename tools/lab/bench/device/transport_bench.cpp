@@ -17,13 +17,14 @@ constexpr double kSoak_s = 1200;  // of each of the three transports
 void addCell(BenchTable& table, const SweepCell& cell) {
   table.rows.push_back({std::string(toString(cell.transport)), cell.stiffness_N_m, 1e3 * cell.period_s,
                         static_cast<std::int64_t>(cell.exchanges), static_cast<std::int64_t>(cell.unanswered),
-                        1e3 * cell.longest_gap_s, cell.ramped_s, cell.strongest_N, cell.given_J, cell.beyond_J});
+                        static_cast<std::int64_t>(cell.losses), 1e3 * cell.longest_gap_s, cell.ramped_s,
+                        cell.strongest_N, cell.given_J, cell.beyond_J});
 }
 
 BenchTable cellTable(const std::string& name, const std::string& title) {
   return {name,
           title,
-          {"transport", "stiffness_N_m", "period_ms", "exchanges", "unanswered", "longest_gap_ms", "ramped_s",
+          {"transport", "stiffness_N_m", "period_ms", "exchanges", "unanswered", "losses", "longest_gap_ms", "ramped_s",
            "strongest_N", "given_J", "beyond_J"},
           {},
           {"transport", "stiffness_N_m", "period_ms"}};

@@ -41,6 +41,7 @@ constexpr double kMass_kg = 0.15, kDamping_Ns_m = 0.5, kPull_N_m = 60;  // vibra
 constexpr double kStep_s = 1e-4;                                        // of its integration
 constexpr double kRest_s = 1.5;
 constexpr double kMost_N = 8;
+constexpr int kMostLosses = 100;
 constexpr double kStalls_per_s = 976.0 / 600, kShortest_s = 0.012, kLongest_s = 0.045;
 
 double inSeconds(Clock::duration time) { return std::chrono::duration<double>(time).count(); }
@@ -151,7 +152,7 @@ void travelFor(HapticDevice& device, SweepCell& cell, double for_s, const std::f
   DeviceState state = device.exchange(wrench);
   double last_s = state.time_s;
   const Clock::time_point begin = Clock::now();
-  Clock::time_point due = begin;
+  Clock::time_point due = begin, heard = begin;
   std::mt19937_64 random(1);
   std::exponential_distribution<double> between_s(kStalls_per_s);
   std::uniform_real_distribution<double> long_s(kShortest_s, kLongest_s);
@@ -165,10 +166,19 @@ void travelFor(HapticDevice& device, SweepCell& cell, double for_s, const std::f
     }
     due = std::max(due, Clock::now() - std::chrono::milliseconds(1));  // late ticks are skipped
     state = device.exchange(wrench);
-    if (state.status == DeviceStatus::fault) throw std::runtime_error("sweep: the device was lost");
+    if (state.status == DeviceStatus::fault) {
+      if (++cell.losses >= kMostLosses) throw std::runtime_error(std::string("sweep: lost: ") + device.advice());
+      law.release();
+      wrench = {};
+      device.open();
+      cell.longest_gap_s = std::max(cell.longest_gap_s, inSeconds(Clock::now() - heard));
+      last_s = 0;  // the device's time begins again
+      continue;
+    }
     ++cell.exchanges;
     const double dt_s = state.time_s - last_s;
     last_s = state.time_s;
+    if (dt_s != 0) heard = Clock::now();
     cell.longest_gap_s = std::max(cell.longest_gap_s, dt_s);
     cell.unanswered += dt_s == 0;
     if (device.capabilities().renders_model) cell.ramped_s += rampedAfter(dt_s);

@@ -19,6 +19,7 @@ struct SweepCell {
   bool stalls = false;                           // the loop stalls for 12 to 45 ms, 976 times in ten minutes, seeded
   // Found:
   std::uint64_t exchanges = 0, unanswered = 0;
+  std::uint64_t losses = 0;  // of the device, as on a busy machine; it is then opened again
   double longest_gap_s = 0;  // between two states
   double ramped_s = 0;       // fades and ramps that follow from the gaps, if the far end renders the model
   double strongest_N = 0;
@@ -27,7 +28,7 @@ struct SweepCell {
 };
 
 // Runs the cell for 2 s of ramps, and `seconds` that are measured. `folder`: for sockets. `stop` ends it early.
-// Throws std::runtime_error and DeviceError if the transport does not work.
+// Throws std::runtime_error and DeviceError if the transport does not work, or is lost 100 times.
 void runSweepCell(SweepCell& cell, double seconds, const std::string& folder, const std::function<bool()>& stop = {});
 
 }  // namespace filiform::tools
