@@ -24,7 +24,7 @@
 
 #include "index/query/segment_filter.h"
 #include "index/set/tile_store.h"
-#include "index/tile/tile_engine.h"
+#include "index/tile/tile_engine_kind.h"
 
 #include <cstdint>
 #include <functional>

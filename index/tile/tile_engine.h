@@ -6,6 +6,7 @@
 
 #include "index/geometry/closest_point.h"
 #include "index/tile/tile.h"
+#include "index/tile/tile_engine_kind.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,7 +15,6 @@
 #include <memory>
 #include <optional>
 #include <span>
-#include <string>
 #include <unordered_set>
 #include <utility>
 #include <vector>
@@ -159,11 +159,6 @@ class TileEngine {
   // Heap and object bytes, without the tile's own.
   virtual std::size_t bytes() const = 0;
 };
-
-// packed: boxes of runs, the fastest. cgal: CGAL's AABB tree, the reference.
-enum class TileEngineKind : std::uint8_t { packed, cgal };
-// The kind with that name, as commands take it. Throws UsageError for another; the message names them.
-TileEngineKind tileEngineOf(const std::string& name);
 
 // Runs of segments of a tile, each a run of Tile::runs() or a part of one, in the order of these. nullopt: all runs.
 using SomeRuns = std::optional<std::vector<SegmentRun>>;

@@ -1,18 +1,17 @@
 // Visits the results of a search, in order, that can only be asked for so many at most. Thread rule: one thread.
 #pragma once
 
-#include "index/query/nearest.h"
-
 #include <cstddef>
 #include <vector>
 
 namespace filiform::internal {
 
-// find(most) puts the first so many results into `results`. visit(result) returns false to end.
+// find(most) puts the first so many results into `results`, and returns what it cost. visit(result) returns false to
+// end.
 template <class Result, class Find, class Visit>
-SearchCounts visitInRounds(std::vector<Result>& results, const Find& find, const Visit& visit) {
+auto visitInRounds(std::vector<Result>& results, const Find& find, const Visit& visit) {
   constexpr std::size_t kFirst = 8, kGrowth = 4;
-  SearchCounts counts;
+  decltype(find(kFirst)) counts{};
   for (std::size_t most = kFirst, seen = 0;; most *= kGrowth) {
     counts += find(most);
     for (; seen < results.size(); ++seen)
