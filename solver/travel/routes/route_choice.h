@@ -1,6 +1,8 @@
 // RouteChoice: which route of a cell, or which tour. Thread rule: a value.
 #pragma once
 
+#include "index/errors.h"
+
 #include <cstdint>
 #include <string>
 
