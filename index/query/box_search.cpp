@@ -107,32 +107,56 @@ std::vector<Candidate> foundIn(const internal::SearchedSet& set, AskedBox& asked
   return found;
 }
 
-NearestResult resultOf(const Candidate& c, std::size_t rank, std::uint32_t tiles_read, std::uint32_t tiles_searched) {
-  return {static_cast<std::uint32_t>(rank),
-          std::sqrt(c.squared_distance),
-          c.p_W,
-          c.segment,
-          c.t,
-          c.tile,
-          true,
-          tiles_read,
-          tiles_searched};
+NearestResult resultOf(const Candidate& c, std::size_t rank) {
+  return {static_cast<std::uint32_t>(rank), std::sqrt(c.squared_distance), c.p_W, c.segment, c.t, c.tile, true};
+}
+
+// Calls visit(candidate) for each segment of the box from a place on, in the set's own order, and goesOn() before each
+// tile but the first. Ends if one of them returns false. Returns where it ended; nullopt: the box has no more.
+template <class Visit, class GoesOn>
+std::optional<BoxPlace> walkBox(const internal::SearchedSet& set, AskedBox& asked, BoxPlace from, SearchCounts& counts,
+                                const Visit& visit, const GoesOn& goesOn) {
+  asked.findTiles(set, counts.tiles_read);
+  internal::TileRounds rounds(set.store, set.cache, internal::TileRounds::kMost);
+  std::vector<Candidate> found;
+  std::vector<internal::Unsure<Candidate>> ghosts;
+  for (std::uint32_t i = from.tile; i < asked.tiles.size(); ++i) {
+    if (i > from.tile && !goesOn()) return BoxPlace{i, 0};
+    rounds.before(i, asked.tiles);
+    found.clear();
+    ghosts.clear();
+    asked.collect(set, i, true, counts.tiles_read, found, ghosts);
+    settle(set, ghosts, counts.tiles_read, found);
+    ++counts.tiles_searched;
+    // Ghosts that were settled before come among the others.
+    std::sort(found.begin(), found.end(), [](const Candidate& a, const Candidate& b) { return a.segment < b.segment; });
+    for (std::size_t hit = i == from.tile ? from.hit : 0; hit < found.size(); ++hit)
+      if (!visit(found[hit])) return BoxPlace{i, static_cast<std::uint32_t>(hit)};
+  }
+  return std::nullopt;
 }
 
 }  // namespace
 
 std::vector<NearestResult> Nearest::inBox(const Vector3d& lo_W, const Vector3d& hi_W, bool of_cells) const {
+  std::vector<NearestResult> results;
+  inBox(lo_W, hi_W, of_cells, results);
+  return results;
+}
+
+SearchCounts Nearest::inBox(const Vector3d& lo_W, const Vector3d& hi_W, bool of_cells,
+                            std::vector<NearestResult>& results) const {
   checkBox(lo_W, hi_W);
   AskedBox asked(set_->store.grid(), lo_W, hi_W);
-  std::uint32_t tiles_read = 0;
-  std::vector<Candidate> found = foundIn(*set_, asked, tiles_read);
+  SearchCounts counts;
+  std::vector<Candidate> found = foundIn(*set_, asked, counts.tiles_read);
   std::sort(found.begin(), found.end());
   keepFirst(found, of_cells);
-  std::vector<NearestResult> results;
+  results.clear();
   results.reserve(found.size());
-  const auto tiles_searched = static_cast<std::uint32_t>(asked.tiles.size());
-  for (const Candidate& c : found) results.push_back(resultOf(c, results.size(), tiles_read, tiles_searched));
-  return results;
+  for (const Candidate& c : found) results.push_back(resultOf(c, results.size()));
+  counts.tiles_searched = static_cast<std::uint32_t>(asked.tiles.size());
+  return counts;
 }
 
 std::map<std::uint32_t, std::uint64_t> Nearest::countInBox(const Vector3d& lo_W, const Vector3d& hi_W,
@@ -155,32 +179,26 @@ BoxPart Nearest::partOfBox(const Vector3d& lo_W, const Vector3d& hi_W, BoxPlace 
   checkBox(lo_W, hi_W);
   AskedBox asked(set_->store.grid(), lo_W, hi_W);
   BoxPart part;
-  std::uint32_t tiles_read = 0;
-  asked.findTiles(*set_, tiles_read);
-  internal::TileRounds rounds(set_->store, set_->cache, internal::TileRounds::kMost);
-  std::vector<Candidate> found;
-  std::vector<internal::Unsure<Candidate>> ghosts;
-  for (std::uint32_t i = from.tile; i < asked.tiles.size(); ++i) {
-    if (part.results.size() == most || (i > from.tile && ends && ends())) {
-      part.next = BoxPlace{i, 0};
-      return part;
-    }
-    rounds.before(i, asked.tiles);
-    found.clear();
-    ghosts.clear();
-    asked.collect(*set_, i, true, tiles_read, found, ghosts);
-    settle(*set_, ghosts, tiles_read, found);
-    // Ghosts that were settled before come among the others.
-    std::sort(found.begin(), found.end(), [](const Candidate& a, const Candidate& b) { return a.segment < b.segment; });
-    for (std::size_t hit = i == from.tile ? from.hit : 0; hit < found.size(); ++hit) {
-      if (part.results.size() == most) {
-        part.next = BoxPlace{i, static_cast<std::uint32_t>(hit)};
-        return part;
-      }
-      part.results.push_back(resultOf(found[hit], part.results.size(), tiles_read, i + 1));
-    }
-  }
+  part.next = walkBox(
+      *set_, asked, from, part.counts,
+      [&](const Candidate& c) {
+        if (part.results.size() == most) return false;
+        part.results.push_back(resultOf(c, part.results.size()));
+        return true;
+      },
+      [&] { return part.results.size() < most && !(ends && ends()); });
   return part;
+}
+
+SearchCounts Nearest::forEachInBox(const Vector3d& lo_W, const Vector3d& hi_W,
+                                   const std::function<bool(const NearestResult&)>& visit) const {
+  checkBox(lo_W, hi_W);
+  AskedBox asked(set_->store.grid(), lo_W, hi_W);
+  SearchCounts counts;
+  std::size_t rank = 0;
+  walkBox(
+      *set_, asked, {}, counts, [&](const Candidate& c) { return visit(resultOf(c, rank++)); }, [] { return true; });
+  return counts;
 }
 
 }  // namespace filiform

@@ -6,6 +6,7 @@
 #include "index/query/curve_order.h"
 #include "index/query/internal/searched_set.h"
 #include "index/query/internal/tile_rounds.h"
+#include "index/query/internal/visit_in_rounds.h"
 #include "index/set/reads_at_once.h"
 #include "index/tile/box_region.h"
 #include "index/workers.h"
@@ -38,7 +39,7 @@ struct PointSearch {
   internal::SearchedSet& set;
   Vector3d h_W;
   Candidates best;
-  std::uint32_t tiles_read = 0, tiles_searched = 0;
+  SearchCounts counts;
   double absent2 = kInfinity;  // squared distance within which nothing absent lies
   bool all = false;            // everything within the bound is wanted
   const TileFinder& finder;
@@ -51,7 +52,7 @@ struct PointSearch {
         best(query.k, query.epsilon, std::nextafter(query.max_distance_um * query.max_distance_um, kInfinity),
              query.of_cells, without),
         all(query.k == SIZE_MAX),
-        finder(s.finder(tiles_read)) {}
+        finder(s.finder(counts.tiles_read)) {}
   void run(bool resident_only) { resident_only ? searchResident() : searchAll(); }
   void searchAll();
   void searchResident();
@@ -87,11 +88,11 @@ void PointSearch::search(const internal::SearchTile& tile) {
 void PointSearch::visit(TileId tile) {
   bool has_ghosts = false;
   {
-    const internal::TileCache::Lease loaded = set.cache.get(tile, tiles_read);
+    const internal::TileCache::Lease loaded = set.cache.get(tile, counts.tiles_read);
     search(*loaded);
     has_ghosts = loaded->ghosts != nullptr;
   }
-  ++tiles_searched;
+  ++counts.tiles_searched;
   if (has_ghosts) set.settleGhosts(tile);
 }
 
@@ -147,7 +148,8 @@ void PointSearch::searchAll() {
   searchTiles();
   std::erase_if(ghosts, [this](const auto& ghost) { return ghost.found.squared_distance > best.bound2(); });
   set.readOwnersAhead(ghosts);
-  offerGhosts([this](const Candidate& c, const GridPoint& middle) { return set.wants(c.segment, middle, tiles_read); });
+  offerGhosts(
+      [this](const Candidate& c, const GridPoint& middle) { return set.wants(c.segment, middle, counts.tiles_read); });
 }
 
 void PointSearch::searchTiles() {
@@ -234,7 +236,7 @@ void PointSearch::searchResident() {
     const internal::TileCache::Lease loaded = set.cache.find(tile);
     if (!loaded) return false;
     search(*loaded);
-    ++tiles_searched;
+    ++counts.tiles_searched;
     return true;
   };
   const TileId long_tile = set.long_tile();
@@ -284,7 +286,6 @@ std::size_t readBatchAhead(internal::SearchedSet& set, std::span<const Vector3d>
 }  // namespace
 
 Nearest::Nearest(const TileStore& store, const NearestOptions& options) {
-  requireTileEngine(options.engine);
   set_ = std::make_unique<internal::SearchedSet>(store, options.filter, options.engine, options.budget_bytes);
   if (!options.filter.takesAll())
     all_ = std::make_unique<internal::SearchedSet>(store, SegmentFilter(), options.engine, options.budget_bytes / 2);
@@ -297,10 +298,11 @@ std::vector<NearestResult> Nearest::find(const Vector3d& h_W, const NearestQuery
   return results;
 }
 
-void Nearest::find(const Vector3d& h_W, const NearestQuery& query, std::vector<NearestResult>& results) const {
+SearchCounts Nearest::find(const Vector3d& h_W, const NearestQuery& query, std::vector<NearestResult>& results) const {
   checkQuery(h_W, query);
   results.clear();
-  if (query.k == 0) return;
+  SearchCounts counts;
+  if (query.k == 0) return counts;
   if (query.approximate && (!set_->sieve.takesAll() || query.of_cells || query.other_cells))
     throw UsageError("an approximate search takes no filter and finds no cells");
 
@@ -308,13 +310,13 @@ void Nearest::find(const Vector3d& h_W, const NearestQuery& query, std::vector<N
     for (const LandmarkHint::Guess& g : set_->hint.nearest(h_W, query.k)) {
       if (g.distance > query.max_distance_um) break;
       const auto rank = static_cast<std::uint32_t>(results.size());
-      results.push_back({rank, g.distance, g.p_W, g.segment, g.t, kNoTile, false, 0, 0});
+      results.push_back({rank, g.distance, g.p_W, g.segment, g.t, kNoTile, false});
     }
-    return;
+    return counts;
   }
 
-  if (query.resident_only && !set_->isPlanned()) return;
-  std::uint32_t own = Candidates::kNoCell, tiles_read = 0, tiles_searched = 0;
+  if (query.resident_only && !set_->isPlanned()) return counts;
+  std::uint32_t own = Candidates::kNoCell;
   bool knows_own = true;
   if (query.other_cells) {
     PointSearch nearest(all_ ? *all_ : *set_, h_W, {});
@@ -322,25 +324,41 @@ void Nearest::find(const Vector3d& h_W, const NearestQuery& query, std::vector<N
     const std::span<const Candidate> found = nearest.best.sorted();
     if (!found.empty()) own = found[0].segment.cell;
     knows_own = found.empty() ? std::isinf(nearest.absent2) : found[0].squared_distance < nearest.absent2;
-    tiles_read = nearest.tiles_read;
-    if (all_) tiles_searched = nearest.tiles_searched;  // else the second search takes these tiles too
+    counts = nearest.counts;
+    if (!all_) counts.tiles_searched = 0;  // the second search takes these tiles too
   }
   PointSearch search(*set_, h_W, query, own);
   search.run(query.resident_only);
-  tiles_read += search.tiles_read;
-  tiles_searched += search.tiles_searched;
+  counts += search.counts;
 
   for (const Candidate& c : search.best.sorted()) {
     const double distance = std::sqrt(c.squared_distance);
     if (distance > query.max_distance_um) break;
     const bool exact = knows_own && query.epsilon == 0 && c.squared_distance < search.absent2;
     const auto rank = static_cast<std::uint32_t>(results.size());
-    results.push_back({rank, distance, c.p_W, c.segment, c.t, c.tile, exact, tiles_read, tiles_searched});
+    results.push_back({rank, distance, c.p_W, c.segment, c.t, c.tile, exact});
   }
+  return counts;
+}
+
+SearchCounts Nearest::forEachNearest(const Vector3d& h_W, const NearestQuery& query,
+                                     const std::function<bool(const NearestResult&)>& visit) const {
+  if (query.epsilon != 0 || query.resident_only)
+    throw UsageError("segments in order of distance need an exact search: without epsilon and resident_only");
+  NearestQuery some = query;
+  std::vector<NearestResult> results;
+  return internal::visitInRounds(
+      results,
+      [&](std::size_t most) {
+        some.k = most;
+        return find(h_W, some, results);
+      },
+      visit);
 }
 
 void Nearest::forEach(std::span<const Vector3d> points, const NearestQuery& query, unsigned threads,
-                      const std::function<void(std::size_t i, std::vector<NearestResult>&& results)>& visit) const {
+                      const std::function<void(std::size_t i, std::vector<NearestResult>&& results,
+                                               const SearchCounts& counts)>& visit) const {
   for (const Vector3d& h_W : points) checkQuery(h_W, query);
   const std::vector<std::size_t> order = curveOrder(set_->store.grid(), points);
 
@@ -358,7 +376,9 @@ void Nearest::forEach(std::span<const Vector3d> points, const NearestQuery& quer
           next_ahead += set_->isPlanned() && !set_->isOfCells()
                             ? readBatchAhead(*set_, points, std::span(order).subspan(i, end - i), query)
                             : 1;
-        visit(order[i], find(points[order[i]], query));
+        std::vector<NearestResult> found;
+        const SearchCounts counts = find(points[order[i]], query, found);
+        visit(order[i], std::move(found), counts);
       }
     }
   });
@@ -367,8 +387,9 @@ void Nearest::forEach(std::span<const Vector3d> points, const NearestQuery& quer
 std::vector<std::vector<NearestResult>> Nearest::findAll(std::span<const Vector3d> points, const NearestQuery& query,
                                                          unsigned threads) const {
   std::vector<std::vector<NearestResult>> results(points.size());
-  forEach(points, query, threads,
-          [&](std::size_t i, std::vector<NearestResult>&& found) { results[i] = std::move(found); });
+  forEach(points, query, threads, [&](std::size_t i, std::vector<NearestResult>&& found, const SearchCounts&) {
+    results[i] = std::move(found);
+  });
   return results;
 }
 

@@ -24,6 +24,7 @@
 
 #include "index/query/segment_filter.h"
 #include "index/set/tile_store.h"
+#include "index/tile/tile_engine_kind.h"
 
 #include <cstdint>
 #include <functional>
@@ -32,7 +33,6 @@
 #include <memory>
 #include <optional>
 #include <span>
-#include <string>
 #include <vector>
 
 namespace filiform {
@@ -43,7 +43,7 @@ class SearchedSet;
 
 // How a Nearest searches, and in which segments.
 struct NearestOptions {
-  std::string engine = "packed";           // search engine inside a tile; see makeTileEngine()
+  TileEngineKind engine = TileEngineKind::packed;  // inside a tile
   std::uint64_t budget_bytes = 256 << 20;  // for tiles and engines kept between queries, the long-segment tile included
   SegmentFilter filter{};                  // all other segments are as if they did not exist
 };
@@ -68,11 +68,21 @@ struct NearestResult {
   double distance_um;
   Vector3d p_W;  // the nearest point of the segment; approximate: the landmark
   SegmentId segment;
-  double t;                      // position on the segment: 0 child .. 1 parent
-  TileId tile;                   // a tile that stores the segment; approximate: kNoTile
-  bool exact;                    // true: certainly the segment of that rank
-  std::uint32_t tiles_read;      // from the store, by the whole query
-  std::uint32_t tiles_searched;  // by the whole query, read or not
+  double t;     // position on the segment: 0 child .. 1 parent
+  TileId tile;  // a tile that stores the segment; approximate: kNoTile
+  bool exact;   // true: certainly the segment of that rank
+};
+
+// What a query did.
+struct SearchCounts {
+  std::uint32_t tiles_read = 0;      // from the store
+  std::uint32_t tiles_searched = 0;  // read or not
+
+  SearchCounts& operator+=(const SearchCounts& other) {
+    tiles_read += other.tiles_read;
+    tiles_searched += other.tiles_searched;
+    return *this;
+  }
 };
 
 // Where a part of a box begins: at a hit in one of the tiles that meet the box.
@@ -84,6 +94,7 @@ struct BoxPlace {
 struct BoxPart {
   std::vector<NearestResult> results;
   std::optional<BoxPlace> next;  // nullopt: the box has no more
+  SearchCounts counts;
 };
 
 // A line of sight with a tolerance. A segment is hit if its closest distance to the ray is at most radius_um + slope *
@@ -103,9 +114,8 @@ struct RayHit {
   double distance_um;  // from the ray to the segment there
   Vector3d p_W;        // on the segment
   SegmentId segment;
-  double t;                                  // position on the segment: 0 child .. 1 parent
-  TileId tile;                               // a tile that stores the segment
-  std::uint32_t tiles_read, tiles_searched;  // by the whole query
+  double t;     // position on the segment: 0 child .. 1 parent
+  TileId tile;  // a tile that stores the segment
 
   bool operator<(const RayHit& other) const {
     return along_um != other.along_um ? along_um < other.along_um : segment < other.segment;
@@ -118,7 +128,7 @@ class Nearest {
   static constexpr double kMaxCoordinate_um = 1e150;
 
   // O(1), and O(cells) with a filter of cells: reads and builds nothing before the first query. The store must outlive
-  // this object. Throws UsageError for an unknown engine, or for a filter with cells that do not ascend or exist.
+  // this object. Throws UsageError for a filter with cells that do not ascend or exist.
   explicit Nearest(const TileStore& store, const NearestOptions& options = {});
   ~Nearest();
 
@@ -130,7 +140,13 @@ class Nearest {
   std::vector<NearestResult> find(const Vector3d& h_W, const NearestQuery& query = {}) const;
   // The same into the caller's list, whose content is replaced. Does not allocate once lists have grown, if k = 1 and
   // all tiles are in memory.
-  void find(const Vector3d& h_W, const NearestQuery& query, std::vector<NearestResult>& results) const;
+  SearchCounts find(const Vector3d& h_W, const NearestQuery& query, std::vector<NearestResult>& results) const;
+
+  // Calls visit() for one segment after the other, nearest first, until it returns false. The query's k is not used.
+  // Searches for 8 segments, then for four times as many. Throws as find(), and UsageError if epsilon is not 0 or
+  // resident_only is set. About twice the cost of find() for the visited segments.
+  SearchCounts forEachNearest(const Vector3d& h_W, const NearestQuery& query,
+                              const std::function<bool(const NearestResult&)>& visit) const;
 
   // Calls find() for each point, on `threads` threads (at least one). Results have the order of the points. Points are
   // visited along a space-filling curve, so that consecutive points need the same tiles. Throws as find() does.
@@ -138,16 +154,25 @@ class Nearest {
   std::vector<std::vector<NearestResult>> findAll(std::span<const Vector3d> points, const NearestQuery& query = {},
                                                   unsigned threads = 1) const;
 
-  // The same without a list: calls visit(i, results of points[i]) once for each point, on the thread that searched. At
-  // most `threads` calls run at once. Exceptions of `visit` end the search and propagate.
+  // The same without a list: calls visit(i, results of points[i], counts) once for each point, on the thread that
+  // searched. At most `threads` calls run at once. Exceptions of `visit` end the search and propagate.
   void forEach(std::span<const Vector3d> points, const NearestQuery& query, unsigned threads,
-               const std::function<void(std::size_t i, std::vector<NearestResult>&& results)>& visit) const;
+               const std::function<void(std::size_t i, std::vector<NearestResult>&& results,
+                                        const SearchCounts& counts)>& visit) const;
 
   // Returns all segments that meet the closed box, ranked as find() ranks them from the middle of the box. The corners
   // are rounded to the grid; the test is then exact. Throws UsageError for corners that are not finite or out of order.
   // `of_cells`: each cell once, by its segment nearest to the middle. O(log segments + tiles and segments that meet the
   // box).
   std::vector<NearestResult> inBox(const Vector3d& lo_W, const Vector3d& hi_W, bool of_cells = false) const;
+  // The same into the caller's list, whose content is replaced.
+  SearchCounts inBox(const Vector3d& lo_W, const Vector3d& hi_W, bool of_cells,
+                     std::vector<NearestResult>& results) const;
+
+  // Calls visit() for each segment that inBox() finds, in the set's own order, with ranks in that order, until it
+  // returns false. Keeps the segments of one tile at a time. Throws and costs as inBox().
+  SearchCounts forEachInBox(const Vector3d& lo_W, const Vector3d& hi_W,
+                            const std::function<bool(const NearestResult&)>& visit) const;
 
   // The number of segments that inBox() finds, by cell, ascending. `by_middle`: only those whose middle, rounded down
   // to the grid, is at least lo_W and below hi_W on each axis; so boxes side by side count each segment once. Throws as
@@ -166,6 +191,12 @@ class Nearest {
   // and stops as soon as `most` hits are certain. Throws UsageError for values that are not finite or a direction of
   // length 0. O(log segments + content along the ray).
   std::vector<RayHit> alongRay(const RayQuery& ray) const;
+  // The same into the caller's list, whose content is replaced.
+  SearchCounts alongRay(const RayQuery& ray, std::vector<RayHit>& hits) const;
+
+  // Calls visit() for one hit after the other along the ray, until it returns false. The query's `most` is not used.
+  // Throws as alongRay(). About twice the cost of alongRay() for the visited hits.
+  SearchCounts forEachAlongRay(const RayQuery& ray, const std::function<bool(const RayHit&)>& visit) const;
 
   // The error bound of approximate results. The first call reads the landmarks.
   double covering_radius_um() const;

@@ -3,6 +3,7 @@
 #include "index/geometry/closest_point.h"
 #include "index/query/internal/searched_set.h"
 #include "index/query/internal/tile_rounds.h"
+#include "index/query/internal/visit_in_rounds.h"
 #include "index/query/nearest.h"
 
 #include <algorithm>
@@ -56,6 +57,25 @@ struct RayRegion final : Region {
 }  // namespace
 
 std::vector<RayHit> Nearest::alongRay(const RayQuery& ray) const {
+  std::vector<RayHit> hits;
+  alongRay(ray, hits);
+  return hits;
+}
+
+SearchCounts Nearest::forEachAlongRay(const RayQuery& ray, const std::function<bool(const RayHit&)>& visit) const {
+  RayQuery some = ray;
+  std::vector<RayHit> hits;
+  return internal::visitInRounds(
+      hits,
+      [&](std::size_t most) {
+        some.most = most;
+        return alongRay(some, hits);
+      },
+      visit);
+}
+
+SearchCounts Nearest::alongRay(const RayQuery& ray, std::vector<RayHit>& hits) const {
+  hits.clear();
   const double length = ray.direction.norm();
   if (!ray.origin_W.allFinite() || !(length > 0) || !std::isfinite(length))
     throw UsageError("a ray needs a finite origin and a finite direction that is not 0");
@@ -67,12 +87,11 @@ std::vector<RayHit> Nearest::alongRay(const RayQuery& ray) const {
   const RayRegion region(ray, ray.direction / length);
 
   std::vector<std::pair<double, TileId>> order;  // by the distance along the ray of a first possible hit
-  std::uint32_t tiles_read = 0, tiles_searched = 0;
-  for (const auto& [tile, box] : set_->tilesMeeting(region, tiles_read))
+  SearchCounts counts;
+  for (const auto& [tile, box] : set_->tilesMeeting(region, counts.tiles_read))
     order.emplace_back(tile == set_->long_tile() ? 0.0 : region.entry(box), tile);
   std::sort(order.begin(), order.end());
 
-  std::vector<RayHit> hits;
   std::vector<internal::Unsure<RayHit>> ghosts;
   const auto settle = [&] {
     std::sort(hits.begin(), hits.end());
@@ -89,13 +108,13 @@ std::vector<RayHit> Nearest::alongRay(const RayQuery& ray) const {
                               ray.most == SIZE_MAX ? internal::TileRounds::kMost : kFirstRound);
   for (const auto& [entry, tile_id] : order) {
     if (isBeyond(entry)) break;
-    rounds.before(tiles_searched++, tiles);
-    set_->forEachIn(region, tile_id, tiles_read, [&](const Tile& tile, std::uint32_t s, bool is_sure) {
+    rounds.before(counts.tiles_searched++, tiles);
+    set_->forEachIn(region, tile_id, counts.tiles_read, [&](const Tile& tile, std::uint32_t s, bool is_sure) {
       const ClosestApproach c = closestApproach(tile.position_W(tile.child(s)), tile.position_W(tile.parent(s)),
                                                 region.origin_W, region.direction);
       const double distance = std::sqrt(c.squared_distance);
       if (!(c.along <= ray.length_um && distance <= ray.radius_um + ray.slope * c.along)) return;
-      const RayHit hit{c.along, distance, c.p_W, tile.segmentId(s), c.t, tile.id(), 0, 0};
+      const RayHit hit{c.along, distance, c.p_W, tile.segmentId(s), c.t, tile.id()};
       if (is_sure)
         hits.push_back(hit);
       else
@@ -107,12 +126,11 @@ std::vector<RayHit> Nearest::alongRay(const RayQuery& ray) const {
   set_->readOwnersAhead(ghosts);
   for (const auto& ghost : ghosts) {
     if (isBeyond(ghost.found.along_um)) break;
-    if (!set_->wants(ghost.found.segment, ghost.middle, tiles_read)) continue;
+    if (!set_->wants(ghost.found.segment, ghost.middle, counts.tiles_read)) continue;
     hits.push_back(ghost.found);
     settle();
   }
-  for (RayHit& hit : hits) hit.tiles_read = tiles_read, hit.tiles_searched = tiles_searched;
-  return hits;
+  return counts;
 }
 
 }  // namespace filiform

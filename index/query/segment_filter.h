@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -10,9 +11,15 @@ namespace filiform {
 struct SegmentFilter {
   std::optional<std::vector<std::uint32_t>> cells{};  // ids, ascending; nullopt: all cells
   std::vector<std::uint16_t> types{};                 // of the segment's child, in any order; empty: all types
+  // Which of these are wanted; empty: all. Called on any thread, once for a segment of each tile that is read, so it
+  // must always answer the same for a cell and a type.
+  std::function<bool(std::uint32_t cell, std::uint16_t type)> wants{};
 
-  bool operator==(const SegmentFilter&) const = default;
-  bool takesAll() const { return !cells && types.empty(); }
+  // Two filters with functions are never equal.
+  bool operator==(const SegmentFilter& other) const {
+    return !wants && !other.wants && cells == other.cells && types == other.types;
+  }
+  bool takesAll() const { return !cells && types.empty() && !wants; }
 };
 
 }  // namespace filiform

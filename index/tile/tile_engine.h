@@ -6,6 +6,7 @@
 
 #include "index/geometry/closest_point.h"
 #include "index/tile/tile.h"
+#include "index/tile/tile_engine_kind.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,7 +15,6 @@
 #include <memory>
 #include <optional>
 #include <span>
-#include <string>
 #include <unordered_set>
 #include <utility>
 #include <vector>
@@ -160,15 +160,10 @@ class TileEngine {
   virtual std::size_t bytes() const = 0;
 };
 
-// Throws UsageError for an engine that this build lacks; the message names the available ones.
-void requireTileEngine(const std::string& name);
-
 // Runs of segments of a tile, each a run of Tile::runs() or a part of one, in the order of these. nullopt: all runs.
 using SomeRuns = std::optional<std::vector<SegmentRun>>;
 
-// Builds the engine with that name ("packed", "cgal") over a tile, or over some of its segments. The engine keeps the
-// tile alive. Throws as requireTileEngine() does.
-std::unique_ptr<TileEngine> makeTileEngine(const std::string& name, std::shared_ptr<const Tile> tile,
-                                           SomeRuns some = {});
+// Builds an engine over a tile, or over some of its segments. The engine keeps the tile alive.
+std::unique_ptr<TileEngine> makeTileEngine(TileEngineKind kind, std::shared_ptr<const Tile> tile, SomeRuns some = {});
 
 }  // namespace filiform

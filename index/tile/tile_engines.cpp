@@ -8,15 +8,15 @@
 
 namespace filiform {
 
-void requireTileEngine(const std::string& name) {
-  if (name != "packed" && name != "cgal")
-    throw UsageError("search engine \"" + inShort(name) + "\" is not in this build; use packed or cgal");
+TileEngineKind tileEngineOf(const std::string& name) {
+  if (name == "packed") return TileEngineKind::packed;
+  if (name == "cgal") return TileEngineKind::cgal;
+  throw UsageError("search engine \"" + inShort(name) + "\" is not in this build; use packed or cgal");
 }
 
-std::unique_ptr<TileEngine> makeTileEngine(const std::string& name, std::shared_ptr<const Tile> tile, SomeRuns some) {
-  requireTileEngine(name);
-  return name == "cgal" ? makeReferenceTree(std::move(tile), std::move(some))
-                        : makePackedTree(std::move(tile), "", std::move(some));
+std::unique_ptr<TileEngine> makeTileEngine(TileEngineKind kind, std::shared_ptr<const Tile> tile, SomeRuns some) {
+  return kind == TileEngineKind::cgal ? makeReferenceTree(std::move(tile), std::move(some))
+                                      : makePackedTree(std::move(tile), "", std::move(some));
 }
 
 }  // namespace filiform

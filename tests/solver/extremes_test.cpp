@@ -241,12 +241,12 @@ TEST(Extremes, ImpossibleInputsAreRefusedWithAReason) {
       EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
     }
   };
-  refuses("not connected", [](RunOptions& o) { o.route = "1:5"; });
-  refuses("no sample 77", [](RunOptions& o) { o.route = "1:77"; });
+  refuses("not connected", [](RunOptions& o) { o.route = routeChoiceOf("1:5"); });
+  refuses("no sample 77", [](RunOptions& o) { o.route = routeChoiceOf("1:77"); });
   refuses("none of its segments has a length", [](RunOptions& o) { o.cell = 1; });
   refuses("none of its segments has a length", [](RunOptions& o) {
     o.cell = 1;
-    o.route = "tour:1";
+    o.route = routeChoiceOf("tour:1");
   });
   refuses("stiffness", [](RunOptions& o) { o.stiffness_N_m = kNaN; });
   refuses("stiffness", [](RunOptions& o) { o.stiffness_N_m = -1; });

@@ -54,7 +54,7 @@ TEST(Faults, HoweverLateTheTilesTheForceKeepsItsLimits) {
     for (const auto prefetch : {PrefetchPolicy::none, PrefetchPolicy::structure}) {
       SCOPED_TRACE("latency " + std::to_string(latency_ms));
       RunOptions options;
-      options.route = "random:3";
+      options.route = routeChoiceOf("random:3");
       options.zoom_um = 100;
       options.seconds = test::wholeCampaign() ? 30 : 4;
       options.latency_ms = latency_ms;
@@ -103,7 +103,7 @@ TEST_P(FaultsUnderfoot, TheDeviceIsSentSafeForces) {
   const auto set = TileSet::open(std::move(source));
 
   RunOptions options;
-  options.route = "random:3";
+  options.route = routeChoiceOf("random:3");
   options.zoom_um = 500;
   options.realtime = true;
   options.seconds = test::wholeCampaign() ? 20 : 2;

@@ -26,7 +26,7 @@ Figures measure(const TileStore& store, SolverMethod method, double zoom_um) {
   for (int route = 0; route < kRoutes; ++route) {
     RunOptions options;
     options.cell = static_cast<std::uint32_t>(route) % store.cell_count();
-    options.route = "random:" + std::to_string(route);
+    options.route = routeChoiceOf("random:" + std::to_string(route));
     options.method = method;
     options.zoom_um = zoom_um;
     options.in_memory = true;

@@ -357,7 +357,7 @@ void savedHistory(const std::unique_ptr<TileSet>& set, const ProxyPlace& place) 
 void headlessRun(const std::unique_ptr<TileSet>& set) {
   // solver/travel/run/run.h
   RunOptions options;
-  options.route = "random:3";
+  options.route = {.kind = RouteChoice::Kind::random, .seed = 3};
   const RunSummary summary = run(*set, options, [](const TickRow& row) { writeCsvRow(std::cout, row); });
 }
 

@@ -16,7 +16,7 @@ RunOptions runOptionsFrom(const filiform_run_options& options, const OpenSet& se
     wanted.cell = options.cell;
   }
   wanted.realtime = options.realtime != 0;
-  if (options.route != nullptr) wanted.route = options.route;
+  if (options.route != nullptr) wanted.route = routeChoiceOf(options.route);
   if (options.method != nullptr) wanted.method = solverMethod(options.method);
   if (options.device != nullptr) wanted.device = options.device;
   if (options.record != nullptr) wanted.record = options.record;

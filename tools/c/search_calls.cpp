@@ -33,27 +33,27 @@ class HitWriter {
  public:
   explicit HitWriter(OpenSet& set) : set_(set) {}
 
-  filiform_hit operator()(const NearestResult& result) {
+  filiform_hit operator()(const NearestResult& result, const SearchCounts& counts) {
     filiform_hit hit = hitOf(result.segment, result.p_W, result.t);
     hit.distance_um = result.distance_um;
     hit.exact = result.exact;
-    hit.tiles_read = result.tiles_read;
+    hit.tiles_read = counts.tiles_read;
     return hit;
   }
-  filiform_hit operator()(const RayHit& result) {
+  filiform_hit operator()(const RayHit& result, const SearchCounts& counts) {
     filiform_hit hit = hitOf(result.segment, result.p_W, result.t);
     hit.distance_um = result.distance_um;
     hit.along_um = result.along_um;
     hit.exact = 1;
-    hit.tiles_read = result.tiles_read;
+    hit.tiles_read = counts.tiles_read;
     return hit;
   }
   template <class Result>
-  std::vector<filiform_hit> all(const std::vector<Result>& results) {
+  std::vector<filiform_hit> all(const std::vector<Result>& results, const SearchCounts& counts) {
     std::vector<filiform_hit> hits;
     hits.reserve(results.size());
     set_.files->samples.readAhead(results);
-    for (const Result& result : results) hits.push_back((*this)(result));
+    for (const Result& result : results) hits.push_back((*this)(result, counts));
     return hits;
   }
 
@@ -81,13 +81,16 @@ filiform_hit noHit() {
   return hit;
 }
 
-template <class Search>
+// search(nearest, results) returns what it cost.
+template <class Result, class Search>
 int callForHits(filiform_set* set, filiform_hit** hits, size_t* count, const Search& search) {
   return call([&] {
     *required(hits, "hits") = nullptr;
     *required(count, "count") = 0;
     const HeldSet held(set, "set");
-    const std::vector<filiform_hit> found = HitWriter(**held).all(search((*held)->nearest));
+    std::vector<Result> results;
+    const SearchCounts counts = search((*held)->nearest, results);
+    const std::vector<filiform_hit> found = HitWriter(**held).all(results, counts);
     *hits = arrayOf(found);
     *count = found.size();
   });
@@ -109,8 +112,9 @@ int filiform_nearest(filiform_set* set, const double point_um[3], const filiform
     const HeldSet held(set, "set");
     const NearestQuery asked = queryFrom(optionsOr(query, "query"));
     required(hits, "hits");
-    const std::vector<filiform_hit> found =
-        HitWriter(**held).all((*held)->nearest.find(pointFrom(point_um, "point_um"), asked));
+    std::vector<NearestResult> results;
+    const SearchCounts counts = (*held)->nearest.find(pointFrom(point_um, "point_um"), asked, results);
+    const std::vector<filiform_hit> found = HitWriter(**held).all(results, counts);
     std::copy(found.begin(), found.end(), hits);
     *count = found.size();
   });
@@ -129,13 +133,19 @@ int filiform_nearest_many(filiform_set* set, const double* points_um, size_t poi
     if (counts != nullptr) std::fill_n(counts, points, 0);
     std::vector<Vector3d> at(points);
     for (std::size_t i = 0; i < points; ++i) at[i] = pointFrom(points_um + 3 * i, "points_um");
-    const auto found = (*held)->nearest.findAll(at, asked, std::clamp(wanted.threads, std::uint32_t{1}, kMostThreads));
+    std::vector<std::vector<NearestResult>> found(points);
+    std::vector<SearchCounts> costs(points);
+    (*held)->nearest.forEach(at, asked, std::clamp(wanted.threads, std::uint32_t{1}, kMostThreads),
+                             [&](std::size_t i, std::vector<NearestResult>&& results, const SearchCounts& cost) {
+                               found[i] = std::move(results);
+                               costs[i] = cost;
+                             });
     (*held)->files->samples.readAhead(found);
     HitWriter write(**held);
     for (std::size_t i = 0; i < points; ++i) {
       filiform_hit* const row = hits + i * asked.k;
       for (std::size_t rank = 0; rank < asked.k; ++rank)
-        row[rank] = rank < found[i].size() ? write(found[i][rank]) : noHit();
+        row[rank] = rank < found[i].size() ? write(found[i][rank], costs[i]) : noHit();
       if (counts != nullptr) counts[i] = found[i].size();
     }
   });
@@ -150,19 +160,19 @@ int filiform_covering_radius(filiform_set* set, double* radius_um) {
 }
 
 int filiform_within(filiform_set* set, const double point_um[3], double radius_um, filiform_hit** hits, size_t* count) {
-  return callForHits(set, hits, count, [&](const Nearest& nearest) {
-    return nearest.find(pointFrom(point_um, "point_um"), {.k = SIZE_MAX, .max_distance_um = radius_um});
+  return callForHits<NearestResult>(set, hits, count, [&](const Nearest& nearest, auto& results) {
+    return nearest.find(pointFrom(point_um, "point_um"), {.k = SIZE_MAX, .max_distance_um = radius_um}, results);
   });
 }
 
 int filiform_box(filiform_set* set, const double lo_um[3], const double hi_um[3], filiform_hit** hits, size_t* count) {
-  return callForHits(set, hits, count, [&](const Nearest& nearest) {
-    return nearest.inBox(pointFrom(lo_um, "lo_um"), pointFrom(hi_um, "hi_um"));
+  return callForHits<NearestResult>(set, hits, count, [&](const Nearest& nearest, auto& results) {
+    return nearest.inBox(pointFrom(lo_um, "lo_um"), pointFrom(hi_um, "hi_um"), false, results);
   });
 }
 
 int filiform_ray(filiform_set* set, const filiform_ray_query* ray, filiform_hit** hits, size_t* count) {
-  return callForHits(set, hits, count, [&](const Nearest& nearest) {
+  return callForHits<RayHit>(set, hits, count, [&](const Nearest& nearest, auto& results) {
     sized(ray, "ray");
     RayQuery asked{.origin_W = pointFrom(ray->origin_um, "origin_um"),
                    .direction = pointFrom(ray->direction, "direction")};
@@ -170,7 +180,7 @@ int filiform_ray(filiform_set* set, const filiform_ray_query* ray, filiform_hit*
     asked.slope = ray->slope;
     if (ray->length_um != 0) asked.length_um = ray->length_um;
     if (ray->most != 0) asked.most = ray->most;
-    return nearest.alongRay(asked);
+    return nearest.alongRay(asked, results);
   });
 }
 

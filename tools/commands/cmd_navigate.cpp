@@ -90,7 +90,7 @@ RunOptions optionsOf(const NavigateArguments& a, const TileStore& store, bool in
   RunOptions options;
   options.in_memory = in_memory;
   options.method = solverMethod(a.method);
-  options.route = a.route;
+  options.route = routeChoiceOf(a.route);
   options.seconds = a.seconds;
   if (!a.hand.empty() && !a.device.empty()) throw UsageError("--hand is short for --device sim:HAND: give one of them");
   if (!a.hand.empty()) options.device = "sim:" + a.hand;

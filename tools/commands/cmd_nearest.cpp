@@ -77,11 +77,12 @@ struct Search {
 
   void box() const {
     const std::vector<double> c = numbers("--box", a.box);
-    const std::vector<NearestResult> found = nearest.inBox({c[0], c[1], c[2]}, {c[3], c[4], c[5]}, a.of_cells);
+    std::vector<NearestResult> found;
+    const SearchCounts counts = nearest.inBox({c[0], c[1], c[2]}, {c[3], c[4], c[5]}, a.of_cells, found);
     const std::vector<SegmentLook> looks = text.readAhead(found);
     for (std::size_t i = 0; i < found.size(); ++i) {
       std::string row;
-      text.append(row, 0, found[i], looks[i]);
+      text.append(row, 0, found[i], looks[i], counts.tiles_searched);
       writer.write(row);
     }
   }
@@ -95,13 +96,13 @@ struct Search {
                        .most = a.k,
                        .of_cells = a.of_cells};
     std::uint32_t rank = 0;
-    const std::vector<RayHit> hits = nearest.alongRay(ray);
+    std::vector<RayHit> hits;
+    const SearchCounts counts = nearest.alongRay(ray, hits);
     const std::vector<SegmentLook> looks = text.readAhead(hits);
     for (const RayHit& hit : hits) {
-      const NearestResult r{rank, hit.distance_um, hit.p_W,           hit.segment, hit.t, hit.tile,
-                            true, hit.tiles_read,  hit.tiles_searched};
+      const NearestResult r{rank, hit.distance_um, hit.p_W, hit.segment, hit.t, hit.tile, true};
       std::string row;
-      text.append(row, 0, r, looks[rank++], hit.along_um);
+      text.append(row, 0, r, looks[rank++], counts.tiles_searched, hit.along_um);
       writer.write(row);
     }
   }
@@ -110,16 +111,19 @@ struct Search {
   std::vector<std::string> rowsOf(const PointPart& part, std::size_t first) const {
     std::vector<std::string> rows(part.points.size());
     std::vector<std::vector<NearestResult>> found(rows.size());
-    nearest.forEach(part.points, queryOf(a), a.threads, [&](std::size_t i, std::vector<NearestResult>&& results) {
+    std::vector<std::uint32_t> tiles(rows.size());
+    const auto keep = [&](std::size_t i, std::vector<NearestResult>&& results, const SearchCounts& counts) {
       throwIfInterrupted();
       found[i] = std::move(results);
-    });
+      tiles[i] = counts.tiles_searched;
+    };
+    nearest.forEach(part.points, queryOf(a), a.threads, keep);
     const std::vector<SegmentLook> looks = text.readAhead(found);
     std::vector<std::size_t> begin(found.size());  // of a point's looks
     for (std::size_t i = 1; i < found.size(); ++i) begin[i] = begin[i - 1] + found[i - 1].size();
     runItems(rows.size(), a.threads, [&](std::size_t i) {
       for (const NearestResult& r : found[i])
-        text.append(rows[i], first + part.positions[i], r, looks[begin[i] + r.rank]);
+        text.append(rows[i], first + part.positions[i], r, looks[begin[i] + r.rank], tiles[i]);
       found[i] = {};
     });
     return rows;
@@ -151,7 +155,7 @@ int runNearest(const NearestArguments& a, Ranks* ranks) {
   const bool is_first = ranks == nullptr || ranks->rank() == 0;
   const std::vector<Vector3d> points = is_first ? pointsOf(a) : std::vector<Vector3d>();
   const auto set = TileSet::open(a.set, a.remote->options());
-  const Nearest nearest(*set, {.engine = a.engine,
+  const Nearest nearest(*set, {.engine = tileEngineOf(a.engine),
                                .budget_bytes = parseBytes("--budget", a.budget),
                                .filter = a.filter->filter(*set, a.threads)});
   NearestRowText text(*set, nearest, a.json);

@@ -191,7 +191,7 @@ using ShowTick = std::function<void(const NavigationSnapshot&)>;
 void replayRunTo(const ShowTick& show, const TileStore& store, const RenderArguments& a) {
   RunOptions options;
   options.device = "replay:" + a.path;
-  options.route = a.route;
+  options.route = routeChoiceOf(a.route);
   options.method = solverMethod(a.method);
   options.zoom_um = a.zoom_um;
   options.given = a.given;

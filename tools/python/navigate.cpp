@@ -45,7 +45,7 @@ py::tuple navigate(SetHandle& handle, std::optional<std::uint32_t> cell, const s
                    py::handle budget, const std::string& record) {
   RunOptions options;
   options.cell = cell;
-  options.route = route;
+  options.route = routeChoiceOf(route);
   options.method = solverMethod(method);
   options.device = device;
   options.seed = countArgument("seed", seed, 0);

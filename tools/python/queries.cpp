@@ -157,10 +157,11 @@ py::object nearest(SetHandle& handle, py::handle points_value, py::handle k_valu
       for (std::size_t begin = 0; begin < points.points.size(); begin += at_once) {
         const auto some = std::span(points.points).subspan(begin, std::min(at_once, points.points.size() - begin));
         std::vector<std::vector<NearestResult>> found(some.size());
-        search->forEach(some, query, workers, [&](std::size_t i, std::vector<NearestResult>&& results) {
-          found[i] = std::move(results);
-          check();
-        });
+        search->forEach(some, query, workers,
+                        [&](std::size_t i, std::vector<NearestResult>&& results, const SearchCounts&) {
+                          found[i] = std::move(results);
+                          check();
+                        });
         open->readAhead(found);
         const std::vector<SegmentLook> looks = open->looks().of(found);
         std::vector<const SegmentLook*> look(some.size(), looks.data());  // of a point's first result

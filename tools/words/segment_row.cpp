@@ -7,13 +7,13 @@
 
 namespace filiform::tools {
 
-nlohmann::ordered_json segmentRowJson(const SegmentRow& row, SegmentRowFields fields) {
+nlohmann::ordered_json segmentRowJson(const SegmentRow& row) {
   const NearestResult& r = *row.result;
   nlohmann::ordered_json json{
       {"query", row.query},   {"rank", r.rank},  {"distance", r.distance_um}, {"x", r.p_W.x()},
       {"y", r.p_W.y()},       {"z", r.p_W.z()},  {"cell", *row.cell},         {"segment", r.segment.segment},
       {"sample", row.sample}, {"exact", r.exact}};
-  if (fields == SegmentRowFields::program) json["tiles_read"] = r.tiles_searched;
+  if (row.tiles) json["tiles_read"] = *row.tiles;
   if (row.along) json["along"] = *row.along;
   json["type"] = row.look.type ? nlohmann::ordered_json(neuriteTypeName(*row.look.type)) : nlohmann::ordered_json();
   json["radius"] =

@@ -19,11 +19,10 @@ struct SegmentRow {
   std::int64_t sample;               // id of the segment's child
   std::optional<double> along = {};  // along a ray
   SegmentLook look = {};
+  std::optional<std::uint32_t> tiles = {};  // that this query reads if none is in memory; given, JSON has them
 };
 
-// program: with tiles_read, the tiles that this query reads if none is in memory. service: without.
-enum class SegmentRowFields { program, service };
-nlohmann::ordered_json segmentRowJson(const SegmentRow& row, SegmentRowFields fields);
+nlohmann::ordered_json segmentRowJson(const SegmentRow& row);
 
 // The dtype of a record, as Python writes it: query, rank, distance, x, y, z, cell (its id), segment, sample, exact;
 // along for a ray; type (its code, -1 if not read), radius (NaN: unknown), t.

@@ -39,13 +39,8 @@ struct CachedStore final : ForwardingStore {
 class SearchedSet {
  public:
   // Throws as SegmentSieve.
-  SearchedSet(const TileStore& s, const SegmentFilter& filter, std::string engine, std::uint64_t budget_bytes)
-      : store(s),
-        sieve(s, filter),
-        hint(s),
-        cache(s, sieve, std::move(engine), budget_bytes),
-        filter_(filter),
-        all_tiles_(s) {}
+  SearchedSet(const TileStore& s, const SegmentFilter& filter, TileEngineKind engine, std::uint64_t budget_bytes)
+      : store(s), sieve(s, filter), hint(s), cache(s, sieve, engine, budget_bytes), filter_(filter), all_tiles_(s) {}
 
   const TileStore& store;
   const SegmentSieve sieve;

@@ -10,7 +10,10 @@
 namespace filiform::internal {
 
 SegmentSieve::SegmentSieve(const TileStore& store, const SegmentFilter& filter)
-    : of_cells_(filter.cells.has_value()), of_types_(!filter.types.empty()) {
+    : of_cells_(filter.cells.has_value()),
+      of_types_(!filter.types.empty() || filter.wants),
+      types_(65536, filter.types.empty()),
+      wants_(filter.wants) {
   if (of_cells_) {
     const std::vector<std::uint32_t>& cells = *filter.cells;
     if (std::adjacent_find(cells.begin(), cells.end(), std::greater_equal<>()) != cells.end())
@@ -20,13 +23,14 @@ SegmentSieve::SegmentSieve(const TileStore& store, const SegmentFilter& filter)
     cells_.resize(store.cell_count());
     for (const std::uint32_t cell : cells) cells_[cell] = true;
   }
-  if (!of_types_) return;
+  if (wants_) pure_ = 0;
+  if (filter.types.empty()) return;
   mask_ = pure_ = 0;
   for (const std::uint16_t type : filter.types) {
     types_[type] = true;
     mask_ |= typeMaskOf(type);
   }
-  pure_ = mask_ & ~typeMaskOf(UINT16_MAX);  // the bit of many types
+  if (!wants_) pure_ = mask_ & ~typeMaskOf(UINT16_MAX);  // the bit of many types
 }
 
 std::vector<SegmentRun> someRuns(const Tile& tile, const std::vector<bool>& take) {
@@ -50,9 +54,11 @@ SegmentSieve::Sifted SegmentSieve::sift(const Tile& tile, const TileAppearance* 
   std::uint32_t at = 0;  // among the owned
   for (std::uint32_t s = 0; s < tile.segment_count(); ++s) {
     const bool owned = tile.owned(s);
-    const bool has_type = look == nullptr || (owned && types_[look->types[at]]);
+    const std::uint16_t type = look != nullptr && owned ? look->types[at] : 0;
     at += owned ? 1 : 0;
-    if ((of_cells_ && !cells_[tile.segmentId(s).cell]) || (!owned && !ghosts)) continue;
+    const std::uint32_t cell = tile.segmentId(s).cell;
+    if ((of_cells_ && !cells_[cell]) || (!owned && !ghosts)) continue;
+    const bool has_type = look == nullptr || (owned && types_[type] && (!wants_ || wants_(cell, type)));
     sure[s] = has_type;
     unsure[s] = !owned && look != nullptr;
     if (of_types_) wanted[s] = owned && has_type;

@@ -5,7 +5,7 @@
 #include "index/set/tile_store.h"
 #include "index/tile/tile_engine.h"
 
-#include <optional>
+#include <functional>
 #include <vector>
 
 namespace filiform::internal {
@@ -37,7 +37,8 @@ class SegmentSieve {
  private:
   bool of_cells_, of_types_;
   std::vector<bool> cells_;
-  std::vector<bool> types_ = std::vector<bool>(65536);
+  std::vector<bool> types_;
+  std::function<bool(std::uint32_t, std::uint16_t)> wants_;
   TypeMask mask_ = kAnyType, pure_ = kAnyType;
 };
 

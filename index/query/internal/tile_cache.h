@@ -53,11 +53,11 @@ class TileCache {
  public:
   static constexpr std::size_t kLeastAhead = 64;
 
-  // `engine`: see makeTileEngine(). The store and the sieve must outlive this object.
-  TileCache(const TileStore& store, const SegmentSieve& sieve, std::string engine, std::uint64_t budget_bytes)
+  // The store and the sieve must outlive this object.
+  TileCache(const TileStore& store, const SegmentSieve& sieve, TileEngineKind engine, std::uint64_t budget_bytes)
       : store_(store),
         sieve_(sieve),
-        engine_(std::move(engine)),
+        engine_(engine),
         budget_bytes_(budget_bytes),
         pages_(store.tile_count() / kPageSlots + 1) {}
   ~TileCache() {
@@ -335,7 +335,7 @@ class TileCache {
 
   const TileStore& store_;
   const SegmentSieve& sieve_;
-  const std::string engine_;
+  const TileEngineKind engine_;
   bool with_ghosts_ = true;
   std::atomic<std::uint64_t> budget_bytes_;
   std::vector<std::atomic<Page*>> pages_;

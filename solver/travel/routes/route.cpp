@@ -7,7 +7,6 @@
 #include "solver/travel/routes/internal/draw.h"
 
 #include <algorithm>
-#include <charconv>
 #include <optional>
 #include <random>
 #include <utility>
@@ -57,14 +56,6 @@ Forest measure(const CellGraph& graph) {
   for (const Soma& soma : graph.somata.somata)
     for (const std::uint32_t rank : soma.dead_ends) forest.is_tip[rank] = false;
   return forest;
-}
-
-template <class Integer>
-std::optional<Integer> parse(std::string_view text) {
-  Integer value{};
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc{} || end != text.data() + text.size() || text.empty()) return std::nullopt;
-  return value;
 }
 
 using PathEnds = std::pair<std::uint32_t, std::uint32_t>;
@@ -222,29 +213,24 @@ Route::Progress RouteTracker::update(const ProxyPlace& place) noexcept {
   return progress;
 }
 
-Route planRoute(const CellGraph& graph, std::uint32_t cell, const std::string& spec) {
+Route planRoute(const CellGraph& graph, std::uint32_t cell, const RouteChoice& choice) {
   const Forest forest = measure(graph);
-  PathEnds ends;
-  const std::size_t colon = spec.find(':');
-  const std::string_view head = std::string_view(spec).substr(0, colon);
-  const std::string_view tail =
-      colon == std::string::npos ? std::string_view() : std::string_view(spec).substr(colon + 1);
-  if (spec == "longest") {
-    ends = longest(forest);
-  } else if (head == "random") {
-    const auto seed = parse<std::uint64_t>(tail);
-    if (!seed) throw UsageError("a random route is random:SEED with a whole number >= 0, as in random:1");
-    const std::optional<PathEnds> drawn = randomEnds(forest, *seed);
-    if (!drawn) throw UsageError("the cell has no route: none of its segments has a length (a soma has none)");
-    ends = *drawn;
-  } else {
-    const auto first = parse<std::int64_t>(head), last = parse<std::int64_t>(tail);
-    if (!first || !last)
-      throw UsageError("no such route '" + escaped(spec, 80) +
-                       "': choose FIRST:LAST (two sample ids of the cell), longest, random:SEED or tour:SEED");
-    ends = byIds(graph, forest, *first, *last);
+  std::optional<PathEnds> ends;
+  switch (choice.kind) {
+    case RouteChoice::Kind::longest:
+      ends = longest(forest);
+      break;
+    case RouteChoice::Kind::between:
+      ends = byIds(graph, forest, choice.first, choice.last);
+      break;
+    case RouteChoice::Kind::random:
+      ends = randomEnds(forest, choice.seed);
+      break;
+    case RouteChoice::Kind::tour:
+      throw UsageError("a tour is no route of one cell: choose longest, FIRST:LAST or random:SEED");
   }
-  return Route(cell, graph.grid, graph.positions, graph.parents, ends.first, ends.second, graph.links);
+  if (!ends) throw UsageError("the cell has no route: none of its segments has a length (a soma has none)");
+  return Route(cell, graph.grid, graph.positions, graph.parents, ends->first, ends->second, graph.links);
 }
 
 std::optional<Route> planRandomRoute(const CellGraph& graph, std::uint32_t cell, std::uint64_t seed) {

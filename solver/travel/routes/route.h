@@ -4,11 +4,11 @@
 #include "index/geometry/grid.h"
 #include "index/tile/tile.h"
 #include "solver/proxy/proxy_solver.h"
+#include "solver/travel/routes/route_choice.h"
 
 #include <array>
 #include <cstdint>
 #include <optional>
-#include <string>
 #include <vector>
 
 namespace filiform {
@@ -82,16 +82,11 @@ class RouteTracker {
 // without cycles, kNoParent at roots. O(samples).
 std::vector<std::uint32_t> parentsFirst(const std::vector<std::uint32_t>& parents);
 
-// Plans a route of the cell from its description:
-//   FIRST:LAST   between two samples by their ids in the file; if ids repeat (restarted blocks), the connected pair of
-//                lowest ranks
-//   longest      the root-to-tip path of greatest arc length within one tree; ties: lowest ranks
-//   random:SEED  from a random root to one of its tips; the same for a seed on every machine
-// Samples that only give a soma its shape (index/cell/soma.h) are not tips. `cell` is the id of `graph` in its set.
-// Throws UsageError for any other description, for unknown or unconnected samples, and for a cell without segments.
-// O(samples).
-Route planRoute(const CellGraph& graph, std::uint32_t cell, const std::string& spec);
-// The route of random:SEED; nullopt if no segment of the cell has a length.
+// Plans a route of the cell. Samples that only give a soma its shape (index/cell/soma.h) are not tips. `cell` is the id
+// of `graph` in its set. Throws UsageError for a tour, for unknown or unconnected samples, and for a cell without
+// segments. O(samples).
+Route planRoute(const CellGraph& graph, std::uint32_t cell, const RouteChoice& choice);
+// A random route; nullopt if no segment of the cell has a length.
 std::optional<Route> planRandomRoute(const CellGraph& graph, std::uint32_t cell, std::uint64_t seed);
 
 }  // namespace filiform

@@ -5,7 +5,6 @@
 #include "solver/travel/routes/internal/draw.h"
 
 #include <algorithm>
-#include <charconv>
 
 namespace filiform {
 namespace {
@@ -16,17 +15,6 @@ constexpr int kMostPassedOver = 1000;  // cells in a row whose segments have no 
 
 Tour::Tour(const TileStore& store, std::uint64_t seed, std::optional<std::uint32_t> only)
     : store_(store), random_(seed), only_(only) {}
-
-std::optional<std::uint64_t> Tour::seedOf(const std::string& route) {
-  if (route != "tour" && !route.starts_with("tour:")) return std::nullopt;
-  std::uint64_t seed = 0;
-  const char* const begin = route.data() + std::min<std::size_t>(route.size(), 5);
-  const char* const end = route.data() + route.size();
-  const auto [at, error] = std::from_chars(begin, end, seed);
-  if (begin == end || at != end || error != std::errc{})
-    throw UsageError("a tour is tour:SEED with a whole number >= 0, as in tour:1");
-  return seed;
-}
 
 Route Tour::next(const std::atomic<bool>* stop) {
   const std::uint64_t cells = store_.cell_count();

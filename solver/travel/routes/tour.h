@@ -15,7 +15,6 @@
 #include <cstdint>
 #include <optional>
 #include <random>
-#include <string>
 
 namespace filiform {
 
@@ -24,10 +23,7 @@ class Tour {
   // Chooses among all cells with equal probability; with `only`, stays in one cell. The store must outlive the tour.
   Tour(const TileStore& store, std::uint64_t seed, std::optional<std::uint32_t> only = {});
 
-  // The seed of "tour:SEED"; nullopt if `route` is of another kind. Throws UsageError if SEED is not a number.
-  static std::optional<std::uint64_t> seedOf(const std::string& route);
-
-  // Plans a route from a random root of a random cell to one of its tips (like `random:SEED` of planRoute()). Skips
+  // Plans a route from a random root of a random cell to one of its tips (RouteChoice::Kind::random). Skips
   // cells without segments, and cells whose segments have no length. Throws UsageError after a thousand such cells in a
   // row, and as readCell() does. Reads the tiles of the cell and keeps none.
   Route next(const std::atomic<bool>* stop = nullptr);

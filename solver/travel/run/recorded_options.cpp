@@ -62,8 +62,8 @@ std::vector<TextOption> textOptions(const TileStore& store) {
          o.cell = store.findCell(text);
          if (!o.cell) throw UsageError("the set has no such cell");
        }},
-      {"--route", [](const RunOptions& o) { return o.route; },
-       [](RunOptions& o, const std::string& text) { o.route = text; }},
+      {"--route", [](const RunOptions& o) { return toString(o.route); },
+       [](RunOptions& o, const std::string& text) { o.route = routeChoiceOf(text); }},
       optionalNumberOption("--seconds", &RunOptions::seconds),
       {"--method", [](const RunOptions& o) { return std::string(toString(o.method)); },
        [](RunOptions& o, const std::string& text) { o.method = solverMethod(text); }},

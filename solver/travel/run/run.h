@@ -1,7 +1,7 @@
 // A headless run: a hand, simulated or recorded, travels a route or a tour through a tile set.
 //
 //   RunOptions options;
-//   options.route = "random:3";
+//   options.route = {.kind = RouteChoice::Kind::random, .seed = 3};
 //   const RunSummary summary = run(*set, options, [](const TickRow& row) { writeCsvRow(std::cout, row); });
 //
 // There are two clocks.

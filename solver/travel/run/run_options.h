@@ -4,6 +4,7 @@
 #include "device/haptic_device.h"
 #include "index/streaming/residency_options.h"
 #include "solver/proxy/proxy_solver.h"
+#include "solver/travel/routes/route_choice.h"
 #include "solver/travel/routes/simulated_person.h"
 
 #include <atomic>
@@ -21,7 +22,7 @@ struct RunSummary;
 
 struct RunOptions {
   std::optional<std::uint32_t> cell;  // none: defaultCell(); for a tour: all cells
-  std::string route = "longest";      // as planRoute() takes it, or tour:SEED
+  RouteChoice route{};                // the longest one of the cell
   std::optional<double> seconds;      // limit of simulated time; none: 10 times nominal + 20 s, for a tour 60 s
   SolverMethod method = SolverMethod::climb;
   std::optional<SolverParameters> solver;  // none: automaticParameters() of the cell

@@ -82,7 +82,7 @@ void printTour(const TileStore& store, std::uint64_t ticks, bool timed) {
   for (const SolverMethod method : {SolverMethod::climb, SolverMethod::force, SolverMethod::shading}) {
     RunOptions options;
     options.method = method;
-    options.route = "tour:3";
+    options.route = routeChoiceOf("tour:3");
     options.seconds = static_cast<double>(ticks) * 1e-3;
     options.person.speed_m_s = 0.2;
     Digest digest;

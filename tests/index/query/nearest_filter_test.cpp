@@ -53,14 +53,19 @@ std::vector<Wanted> filtersOf(std::uint32_t cells) {
     if (c % 2 == 1) odd.push_back(c);
     if (c != 0) all_but_one.push_back(c);
   }
-  std::vector<Wanted> all{{"everything", {}},
-                          {"a type", {.types = {3}}},
-                          {"a rare type", {.types = {700}}},
-                          {"two types", {.types = {700, 2}}},
-                          {"a type that none has", {.types = {701}}},
-                          {"all but one cell", {.cells = all_but_one}},
-                          {"every second cell's", {.cells = odd, .types = {4}}},
-                          {"no cell", {.cells = Ids()}}};
+  std::vector<Wanted> all{
+      {"everything", {}},
+      {"a type", {.types = {3}}},
+      {"a rare type", {.types = {700}}},
+      {"two types", {.types = {700, 2}}},
+      {"a type that none has", {.types = {701}}},
+      {"all but one cell", {.cells = all_but_one}},
+      {"every second cell's", {.cells = odd, .types = {4}}},
+      {"no cell", {.cells = Ids()}},
+      {"a function", {.wants = [](std::uint32_t c, int type) { return (c + type) % 3 == 0; }}},
+      {"of a type, by a function", {.types = {3, 4}, .wants = [](auto c, auto) { return c % 2; }}},
+      {"of cells, by a function", {.cells = odd, .wants = [](auto, auto type) { return type != 3; }}},
+      {"what no function wants", {.wants = [](auto, auto) { return false; }}}};
   if (cells > 0) all.push_back({"a cell", {.cells = Ids{cells / 2}}});
   if (cells > 0) all.push_back({"a cell's", {.cells = Ids{cells / 2}, .types = {3, 700}}});
   return all;
@@ -73,7 +78,8 @@ std::vector<StoredSegment> sifted(std::vector<StoredSegment> segments, const std
       return std::find(list.begin(), list.end(), value) != list.end();
     };
     return (filter.cells && !has(*filter.cells, s.id.cell)) ||
-           (!filter.types.empty() && !has(filter.types, cells[s.id.cell].types[s.child_sample]));
+           (!filter.types.empty() && !has(filter.types, cells[s.id.cell].types[s.child_sample])) ||
+           (filter.wants && !filter.wants(s.id.cell, cells[s.id.cell].types[s.child_sample]));
   });
   return segments;
 }
@@ -103,7 +109,7 @@ void expectExactly(const std::vector<NearestResult>& found, const std::vector<te
   }
 }
 
-class FilteredNearest : public ::testing::TestWithParam<const char*> {
+class FilteredNearest : public ::testing::TestWithParam<TileEngineKind> {
  protected:
   // Calls check(nearest, wanted segments, their store, point, all segments) for all scenes, tilings and filters.
   template <class Check>
@@ -208,7 +214,7 @@ TEST_P(FilteredNearest, RayIsBruteForceOverTheWanted) {
       });
 }
 
-INSTANTIATE_TEST_SUITE_P(Engines, FilteredNearest, ::testing::Values("packed", "cgal"));
+INSTANTIATE_TEST_SUITE_P(Engines, FilteredNearest, ::testing::Values(TileEngineKind::packed, TileEngineKind::cgal));
 
 TEST(FilteredNearestTiles, OnlyTilesThatMayHoldTheWantedAreRead) {
   std::vector<Cell> cells = test::randomColumn(65, 40, 400, 300);
@@ -225,9 +231,11 @@ TEST(FilteredNearestTiles, OnlyTilesThatMayHoldTheWantedAreRead) {
   }
   const test::CountingStore counted(*store, 100);
   const Nearest nearest(counted, {.filter = {.cells = Ids{5}}});
-  EXPECT_EQ(nearest.find(Vector3d::Zero()).at(0).tiles_read, of_cell.size()) << "once, the tiles of the cell";
-  EXPECT_EQ(nearest.find(Vector3d::Constant(50)).at(0).tiles_read, 0u);
-  EXPECT_LT(nearest.find(Vector3d::Constant(50)).at(0).tiles_searched, of_cell.size() / 2);
+  std::vector<NearestResult> found;
+  EXPECT_EQ(nearest.find(Vector3d::Zero(), {}, found).tiles_read, of_cell.size()) << "once, the tiles of the cell";
+  const SearchCounts second = nearest.find(Vector3d::Constant(50), {}, found);
+  EXPECT_EQ(second.tiles_read, 0u);
+  EXPECT_LT(second.tiles_searched, of_cell.size() / 2);
   EXPECT_EQ(counted.loads().size(), of_cell.size());
 }
 

@@ -51,13 +51,14 @@ TEST_F(NearestRemoteTest, ResultsAndTilesReadAreThoseOfTheFolder) {
     const Nearest near(*near_, options), far(*far_, options);
     for (const Vector3d& h_W : places(41, 60)) {
       const NearestQuery query{.k = 3};
-      const std::vector<NearestResult> a = near.find(h_W, query), b = far.find(h_W, query);
+      std::vector<NearestResult> a, b;
+      const SearchCounts here = near.find(h_W, query, a), there = far.find(h_W, query, b);
+      EXPECT_EQ(here.tiles_read, there.tiles_read) << "seed 41";
+      EXPECT_EQ(here.tiles_searched, there.tiles_searched);
       ASSERT_EQ(a.size(), b.size());
       for (std::size_t i = 0; i < a.size(); ++i) {
         EXPECT_EQ(a[i].segment, b[i].segment);
         EXPECT_EQ(a[i].distance_um, b[i].distance_um);
-        EXPECT_EQ(a[i].tiles_read, b[i].tiles_read) << "seed 41";
-        EXPECT_EQ(a[i].tiles_searched, b[i].tiles_searched);
       }
     }
   }
@@ -76,14 +77,15 @@ TEST_F(NearestRemoteTest, TilesThatComeNextAreReadTogether) {
 class ManyTilesAtOnceTest : public NearestRemoteTest, public ::testing::WithParamInterface<std::uint64_t> {
  protected:
   template <typename Result>
-  static void expectSame(const std::vector<Result>& a, const std::vector<Result>& b) {
+  static void expectSame(const std::vector<Result>& a, const std::vector<Result>& b, const SearchCounts& here = {},
+                         const SearchCounts& there = {}) {
+    EXPECT_EQ(here.tiles_read, there.tiles_read);
+    EXPECT_EQ(here.tiles_searched, there.tiles_searched);
     ASSERT_EQ(a.size(), b.size());
     for (std::size_t i = 0; i < a.size(); ++i) {
       EXPECT_EQ(a[i].segment, b[i].segment);
       EXPECT_EQ(a[i].distance_um, b[i].distance_um);
       EXPECT_EQ(a[i].tile, b[i].tile);
-      EXPECT_EQ(a[i].tiles_read, b[i].tiles_read);
-      EXPECT_EQ(a[i].tiles_searched, b[i].tiles_searched);
     }
   }
   const NearestOptions options_{.budget_bytes = GetParam()};
@@ -92,38 +94,55 @@ class ManyTilesAtOnceTest : public NearestRemoteTest, public ::testing::WithPara
 
 TEST_P(ManyTilesAtOnceTest, Box) {
   const Vector3d corner_W = Vector3d::Constant(120);
-  const std::vector<NearestResult> found = far_away_.inBox(-corner_W, corner_W);
-  ASSERT_GT(found.at(0).tiles_searched, 64u) << "several rounds";
-  expectSame(nearby_.inBox(-corner_W, corner_W), found);
+  std::vector<NearestResult> found, expected;
+  const SearchCounts counts = far_away_.inBox(-corner_W, corner_W, false, found);
+  ASSERT_GT(counts.tiles_searched, 64u) << "several rounds";
+  const SearchCounts here = nearby_.inBox(-corner_W, corner_W, false, expected);
+  expectSame(expected, found, here, counts);
   EXPECT_GE(slow_->most_under_way, 16);
-  EXPECT_LE(static_cast<std::uint32_t>(slow_->reads), found[0].tiles_searched) << "no tile is read twice";
+  EXPECT_LE(static_cast<std::uint32_t>(slow_->reads), counts.tiles_searched) << "no tile is read twice";
 }
 
 TEST_P(ManyTilesAtOnceTest, Ray) {
   RayQuery ray{.origin_W = Vector3d(-400, 3, 5), .direction = Vector3d(1, .1, .05), .radius_um = 20};
-  const std::vector<RayHit> found = far_away_.alongRay(ray);
+  std::vector<RayHit> found, expected;
+  const SearchCounts counts = far_away_.alongRay(ray, found);
   ASSERT_FALSE(found.empty());
-  expectSame(nearby_.alongRay(ray), found);
+  SearchCounts here = nearby_.alongRay(ray, expected);
+  expectSame(expected, found, here, counts);
   EXPECT_GE(slow_->most_under_way, 8);
-  EXPECT_LE(static_cast<std::uint32_t>(slow_->reads), found[0].tiles_searched);
+  EXPECT_LE(static_cast<std::uint32_t>(slow_->reads), counts.tiles_searched);
   ray.most = 2;
-  expectSame(Nearest(*near_, options_).alongRay(ray), Nearest(*far_, options_).alongRay(ray));
+  here = Nearest(*near_, options_).alongRay(ray, expected);
+  const SearchCounts there = Nearest(*far_, options_).alongRay(ray, found);
+  expectSame(expected, found, here, there);
 }
 
 TEST_P(ManyTilesAtOnceTest, Radius) {
   const NearestQuery query{.k = SIZE_MAX, .max_distance_um = 100};
-  const std::vector<NearestResult> found = far_away_.find(Vector3d(1, 2, 3), query);
+  std::vector<NearestResult> found, expected;
+  const SearchCounts counts = far_away_.find(Vector3d(1, 2, 3), query, found);
   ASSERT_FALSE(found.empty());
-  expectSame(nearby_.find(Vector3d(1, 2, 3), query), found);
+  const SearchCounts here = nearby_.find(Vector3d(1, 2, 3), query, expected);
+  expectSame(expected, found, here, counts);
   EXPECT_GE(slow_->most_under_way, 16);
-  EXPECT_LE(static_cast<std::uint32_t>(slow_->reads), found[0].tiles_searched + 4);
+  EXPECT_LE(static_cast<std::uint32_t>(slow_->reads), counts.tiles_searched + 4);
 }
 
 TEST_P(ManyTilesAtOnceTest, Batch) {
   const std::vector<Vector3d> points = places(43, 100);
   const NearestQuery query{.k = 2};
-  const auto found = far_away_.findAll(points, query), expected = nearby_.findAll(points, query);
-  for (std::size_t i = 0; i < points.size(); ++i) expectSame(expected[i], found[i]);
+  std::vector<std::vector<NearestResult>> found(points.size()), expected(points.size());
+  std::vector<SearchCounts> here(points.size()), there(points.size());
+  const auto into = [](auto& results, auto& counts) {
+    return [&](std::size_t i, std::vector<NearestResult>&& of, const SearchCounts& cost) {
+      results[i] = std::move(of);
+      counts[i] = cost;
+    };
+  };
+  far_away_.forEach(points, query, 1, into(found, there));
+  nearby_.forEach(points, query, 1, into(expected, here));
+  for (std::size_t i = 0; i < points.size(); ++i) expectSame(expected[i], found[i], here[i], there[i]);
   EXPECT_GE(slow_->most_under_way, 16) << "seed 43";
 }
 
@@ -166,14 +185,17 @@ class RoundsOfReadsTest : public NearestRemoteTest {
 };
 
 TEST_F(RoundsOfReadsTest, Box) {
-  const std::uint32_t tiles = far_away_.inBox(Vector3d::Constant(-120), Vector3d::Constant(120)).at(0).tiles_read;
+  std::vector<NearestResult> found;
+  const std::uint32_t tiles =
+      far_away_.inBox(Vector3d::Constant(-120), Vector3d::Constant(120), false, found).tiles_read;
   ASSERT_GT(tiles, 64u);
   EXPECT_LE(rounds(), most(tiles));
 }
 
 TEST_F(RoundsOfReadsTest, Ray) {
   RayQuery ray{.origin_W = Vector3d(-400, 3, 5), .direction = Vector3d(1, .1, .05), .radius_um = 60, .most = 400};
-  const std::uint32_t tiles = far_away_.alongRay(ray).at(0).tiles_read;
+  std::vector<RayHit> hits;
+  const std::uint32_t tiles = far_away_.alongRay(ray, hits).tiles_read;
   ASSERT_GT(tiles, 16u);
   EXPECT_LE(rounds(), most(tiles, 4));
 }

@@ -118,9 +118,10 @@ TEST(Nearest, EpsilonSavesTiles) {
   const test::CountingStore few(*store, kLandmarks);
   const Nearest nearest(few);
   std::uint64_t exact = 0, loose = 0;
+  std::vector<NearestResult> found;
   for (const Vector3d& h_W : probes(test::snappedSegments(cells, store->grid()), store->grid(), 43, 40)) {
-    exact += nearest.find(h_W).at(0).tiles_searched;
-    loose += nearest.find(h_W, {.epsilon = 1.0}).at(0).tiles_searched;
+    exact += nearest.find(h_W, {}, found).tiles_searched;
+    loose += nearest.find(h_W, {.epsilon = 1.0}, found).tiles_searched;
   }
   EXPECT_LT(loose, exact);
 }
@@ -134,12 +135,12 @@ TEST(Nearest, ApproximateIsWithinTheCoveringRadiusAndReadsNoTile) {
     const std::vector<StoredSegment> segments = test::snappedSegments(named.cells, store->grid());
     if (segments.empty()) continue;
     for (const Vector3d& h_W : probes(segments, store->grid(), 51, 10)) {
-      const auto found = nearest.find(h_W, {.approximate = true});
+      std::vector<NearestResult> found;
+      EXPECT_EQ(nearest.find(h_W, {.approximate = true}, found).tiles_read, 0u);
       ASSERT_EQ(found.size(), 1u);
       const double truth = test::bruteForceNearest(segments, store->grid(), h_W, 1)[0].distance_um;
       EXPECT_LE(found[0].distance_um, (truth + nearest.covering_radius_um()) * (1 + 1e-12) + 1e-6);
       EXPECT_FALSE(found[0].exact);
-      EXPECT_EQ(found[0].tiles_read, 0u);
     }
     EXPECT_TRUE(counted.loads().empty());
   }
@@ -228,11 +229,11 @@ TEST(Nearest, ResidentOnlyReadsNothingAndOwnsUpToIt) {
     if (i % 2 == 0) nearest.find(points[i]);
     const std::size_t loads = counted.loads().size();
     const auto expected = test::bruteForceNearest(segments, store->grid(), points[i], 5);
-    const auto found = nearest.find(points[i], {.k = 5, .resident_only = true});
+    std::vector<NearestResult> found;
+    EXPECT_EQ(nearest.find(points[i], {.k = 5, .resident_only = true}, found).tiles_read, 0u);
     EXPECT_EQ(counted.loads().size(), loads);
     for (std::size_t r = 0; r < found.size(); ++r) {
       EXPECT_GE(found[r].distance_um, expected[r].distance_um);
-      EXPECT_EQ(found[r].tiles_read, 0u);
       EXPECT_TRUE(!found[r].exact || found[r].segment == expected[r].segment);
       (found[r].exact ? exact : inexact)++;
     }
@@ -252,10 +253,11 @@ TEST(Nearest, OpensFewTilesAndReadsThemOnce) {
   std::uint64_t searched = 0, reads = 0;
   for (int i = 0; i < 200; ++i) {
     const Vector3d h_W = store->grid().toWorld(segments[random() % segments.size()].child) + 0.1 * Vector3d::Random();
-    const NearestResult r = nearest.find(h_W).at(0);
-    searched += r.tiles_searched;
-    reads += r.tiles_read;
-    EXPECT_EQ(nearest.find(h_W).at(0).tiles_read, 0u);
+    std::vector<NearestResult> found;
+    const SearchCounts counts = nearest.find(h_W, {}, found);
+    searched += counts.tiles_searched;
+    reads += counts.tiles_read;
+    EXPECT_EQ(nearest.find(h_W, {}, found).tiles_read, 0u);
   }
   EXPECT_LT(searched, 200 * 3u);
   EXPECT_EQ(counted.loads().size(), reads);
@@ -312,7 +314,9 @@ TEST(Nearest, RefusesWhatMakesNoSense) {
   EXPECT_THROW(nearest.find(Vector3d::Zero(), {.max_distance_um = -1}), UsageError);
   EXPECT_THROW(nearest.find(Vector3d::Zero(), {.max_distance_um = kNaN}), UsageError);
   EXPECT_TRUE(nearest.find(Vector3d::Zero(), {.k = 0}).empty());
-  EXPECT_THROW(Nearest(*store, {.engine = "magic"}), UsageError);
+  const auto visit = [](const NearestResult&) { return true; };
+  EXPECT_THROW(nearest.forEachNearest(Vector3d::Zero(), {.epsilon = 1}, visit), UsageError);
+  EXPECT_THROW(nearest.forEachNearest(Vector3d::Zero(), {.resident_only = true}, visit), UsageError);
 }
 
 TEST(Nearest, DamagedTileIsAnErrorNotAnAnswer) {
@@ -343,13 +347,64 @@ TEST(Nearest, AnswersManyPointsInTheirOrder) {
   EXPECT_TRUE(nearest.findAll({}).empty());
 }
 
+TEST(Nearest, VisitorsSeeWhatListsHoldUntilTheyEnd) {
+  for (const test::NamedCells& named : storeCases()) {
+    SCOPED_TRACE(named.name + ", seed 44");
+    const auto store = storeOf(named.cells, 50);
+    const auto segments = test::snappedSegments(named.cells, store->grid());
+    if (segments.empty()) continue;
+    const Nearest nearest(*store);
+    for (const Vector3d& h_W : probes(segments, store->grid(), 44, 4)) {
+      const RayQuery ray{.origin_W = h_W, .direction = Vector3d(1, 2, 3), .radius_um = 40};
+      const Vector3d lo_W = h_W - Vector3d::Constant(60), hi_W = h_W + Vector3d::Constant(60);
+      std::vector<NearestResult> all = nearest.find(h_W, {.k = SIZE_MAX}), in_box = nearest.inBox(lo_W, hi_W);
+      const std::vector<RayHit> hits = nearest.alongRay(ray);
+      const auto isLower = [](const auto& a, const auto& b) { return a.segment < b.segment; };
+      std::sort(in_box.begin(), in_box.end(), isLower);
+      for (const std::size_t most : {std::size_t{1}, std::size_t{8}, std::size_t{9}, SIZE_MAX}) {
+        std::vector<SegmentId> seen, boxed, hit;
+        nearest.forEachNearest(h_W, {}, [&](const NearestResult& r) {
+          EXPECT_EQ(r.rank, seen.size());
+          seen.push_back(r.segment);
+          return seen.size() < most;
+        });
+        nearest.forEachAlongRay(ray, [&](const RayHit& r) { return hit.push_back(r.segment), hit.size() < most; });
+        nearest.forEachInBox(lo_W, hi_W,
+                             [&](const NearestResult& r) { return boxed.push_back(r.segment), boxed.size() < most; });
+        ASSERT_EQ(seen.size(), std::min(most, all.size()));
+        ASSERT_EQ(hit.size(), std::min(most, hits.size()));
+        ASSERT_EQ(boxed.size(), std::min(most, in_box.size()));
+        for (std::size_t i = 0; i < seen.size(); ++i) EXPECT_EQ(seen[i], all[i].segment);
+        for (std::size_t i = 0; i < hit.size(); ++i) EXPECT_EQ(hit[i], hits[i].segment);
+        std::sort(boxed.begin(), boxed.end());
+        EXPECT_EQ(std::unique(boxed.begin(), boxed.end()), boxed.end()) << "once each";
+        for (std::size_t i = 0; i < boxed.size(); ++i) {
+          if (most == SIZE_MAX) EXPECT_EQ(boxed[i], in_box[i].segment);
+        }
+      }
+    }
+  }
+}
+
+TEST(Nearest, CountsStandBesideNoResult) {
+  const std::vector<Cell> cells = test::randomColumn(23, 12, 600, 300);
+  const auto store = storeOf(cells, 16);
+  const Nearest nearest(*store);
+  std::vector<NearestResult> found;
+  const Vector3d h_W =
+      store->grid().toWorld(test::snappedSegments(cells, store->grid())[0].child) + Vector3d::Constant(1e-3);
+  const SearchCounts counts = nearest.find(h_W, {.max_distance_um = 0}, found);
+  EXPECT_TRUE(found.empty());
+  EXPECT_GT(counts.tiles_read, 0u);
+}
+
 TEST(Nearest, FindsAllInABoxAsBruteForceDoes) {
   for (const test::NamedCells& named : test::worstCases()) {
     SCOPED_TRACE(named.name + ", seed 42");
     const auto store = storeOf(named.cells, 50);
     const auto segments = test::snappedSegments(named.cells, store->grid());
     std::mt19937_64 random(42);
-    for (const char* engine : {"packed", "cgal"}) {
+    for (const TileEngineKind engine : {TileEngineKind::packed, TileEngineKind::cgal}) {
       const Nearest nearest(*store, {.engine = engine});
       for (int i = 0; i < 8 && !segments.empty(); ++i) {
         const StoredSegment& some = segments[random() % segments.size()];
@@ -403,7 +458,7 @@ TEST(Nearest, FindsWhatARayHitsAsBruteForceDoes) {
     const auto segments = test::snappedSegments(named.cells, store->grid());
     std::mt19937_64 random(43);
     std::normal_distribution<double> normal;
-    for (const char* engine : {"packed", "cgal"}) {
+    for (const TileEngineKind engine : {TileEngineKind::packed, TileEngineKind::cgal}) {
       const Nearest nearest(*store, {.engine = engine});
       for (int i = 0; i < 12 && !segments.empty(); ++i) {
         const Vector3d aim_W = store->grid().toWorld(segments[random() % segments.size()].child);

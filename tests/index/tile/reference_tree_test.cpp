@@ -90,7 +90,7 @@ TEST(Candidates, TiesGoToTheLowestIdInAnyOrderOfArrival) {
 
 TEST(TileEngine, UnknownNameIsRefusedAndTheBuiltOnesAreNamed) {
   try {
-    requireTileEngine("octree");
+    tileEngineOf("octree");
     FAIL() << "accepted";
   } catch (const UsageError& error) {
     EXPECT_NE(std::string(error.what()).find("octree"), std::string::npos);

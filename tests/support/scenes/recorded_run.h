@@ -44,7 +44,7 @@ inline Recorded record(const TileStore& store, const RunOptions& options) {
 
 inline RunOptions shortRun() {
   RunOptions options;
-  options.route = "random:3";
+  options.route = routeChoiceOf("random:3");
   options.zoom_um = 100;
   options.seconds = 6;
   return options;

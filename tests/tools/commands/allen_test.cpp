@@ -33,7 +33,7 @@ class Allen : public ::testing::Test {
   std::vector<TickRow> travel(SolverMethod method, std::optional<std::uint64_t> budget, double latency_ms,
                               RunSummary& summary) {
     RunOptions options;
-    options.route = "longest";
+    options.route = routeChoiceOf("longest");
     options.zoom_um = 100;
     options.method = method;
     options.budget_bytes = budget;

@@ -22,18 +22,18 @@ NearestRowText::NearestRowText(const TileSet& set, const Nearest& nearest, bool 
     : set_(set), json_(json), sample_ids_(set, kSampleIdBytes), looks_(nearest.tiles(), kLookBytes) {}
 
 void NearestRowText::append(std::string& text, std::size_t query, const NearestResult& r, const SegmentLook& look,
-                            std::optional<double> along) {
+                            std::uint32_t tiles, std::optional<double> along) {
   const std::string& cell = set_.cell(r.segment.cell).name;
   const std::int64_t sample = sample_ids_.cell(r.segment.cell)->of(r.segment.segment);
   if (json_) {
     if (!text.empty()) text += ",\n";
-    text += jsonText(segmentRowJson({query, &r, &cell, sample, along, look}, SegmentRowFields::program));
+    text += jsonText(segmentRowJson({query, &r, &cell, sample, along, look, tiles}));
     return;
   }
   text += std::to_string(query) + '\t' + std::to_string(r.rank) + '\t' + formatNumber(r.distance_um);
   for (int axis = 0; axis < 3; ++axis) text += '\t' + formatNumber(r.p_W[axis]);
   text += '\t' + escaped(cell) + '\t' + std::to_string(r.segment.segment) + '\t' + std::to_string(sample) +
-          (r.exact ? "\ttrue\t" : "\tfalse\t") + std::to_string(r.tiles_searched);
+          (r.exact ? "\ttrue\t" : "\tfalse\t") + std::to_string(tiles);
   if (along) text += '\t' + formatNumber(*along);
   text += '\t' + (look.type ? neuriteTypeName(*look.type) : "-") + '\t' +
           (std::isnan(look.radius_um) ? "-" : formatNumber(look.radius_um)) + '\t' + formatNumber(r.t) + '\n';

@@ -27,9 +27,10 @@ class NearestRowText {
     sample_ids_.readAhead(results);
     return looks_.of(results);
   }
-  // Appends a row for the point with this number; `along`: of a ray. Throws as SampleIds::cell() does.
+  // Appends a row for the point with this number, whose search took `tiles`; `along`: of a ray. Throws as
+  // SampleIds::cell() does.
   void append(std::string& text, std::size_t query, const NearestResult& result, const SegmentLook& look,
-              std::optional<double> along = {});
+              std::uint32_t tiles, std::optional<double> along = {});
 
  private:
   const TileSet& set_;

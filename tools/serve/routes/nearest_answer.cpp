@@ -123,7 +123,7 @@ Answer nearestAnswer(const Call& call) {
     const auto some = std::span(asked.points).subspan(begin, std::min(at_once, asked.points.size() - begin));
     std::size_t i = begin;
     std::vector<std::vector<NearestResult>> found(some.size());
-    search->forEach(some, query, 1, [&](std::size_t at, std::vector<NearestResult>&& results) {
+    search->forEach(some, query, 1, [&](std::size_t at, std::vector<NearestResult>&& results, const SearchCounts&) {
       TimedStore::check();
       found[at] = std::move(results);
     });
@@ -195,15 +195,8 @@ Answer rayAnswer(const Call& call) {
   const std::vector<SegmentLook> looks = call.served->looks().of(hits);
   for (std::size_t i = 0; i < hits.size(); ++i) {
     const RayHit& hit = hits[i];
-    const NearestResult result{static_cast<std::uint32_t>(i),
-                               hit.distance_um,
-                               hit.p_W,
-                               hit.segment,
-                               hit.t,
-                               hit.tile,
-                               true,
-                               hit.tiles_read,
-                               hit.tiles_searched};
+    const auto rank = static_cast<std::uint32_t>(i);
+    const NearestResult result{rank, hit.distance_um, hit.p_W, hit.segment, hit.t, hit.tile, true};
     rows.add(0, result, looks[i], hit.along_um);
   }
   return rows.take();

@@ -25,7 +25,7 @@ void SegmentRows::add(std::size_t query, const NearestResult& result, const Segm
   if (npy_)
     appendSegmentRecord(body_, row);
   else
-    (body_ += rows_ == 0 ? "\n" : ",\n") += jsonText(segmentRowJson(row, SegmentRowFields::service));
+    (body_ += rows_ == 0 ? "\n" : ",\n") += jsonText(segmentRowJson(row));
   ++rows_;
 }
 

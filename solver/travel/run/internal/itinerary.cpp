@@ -11,7 +11,7 @@
 namespace filiform::internal {
 
 Itinerary::Itinerary(const TileStore& store, const RunOptions& options) : store_(store), options_(options) {
-  if (const auto seed = Tour::seedOf(options.route)) tour_.emplace(store, *seed, options.cell);
+  if (options.route.kind == RouteChoice::Kind::tour) tour_.emplace(store, options.route.seed, options.cell);
 }
 
 std::unique_ptr<Leg> Itinerary::next(const std::atomic<bool>* stop) {

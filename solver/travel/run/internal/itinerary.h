@@ -14,7 +14,7 @@ namespace filiform::internal {
 
 class Itinerary {
  public:
-  // Store and options must outlive the object. Throws UsageError for a tour whose seed is not a number.
+  // Store and options must outlive the object.
   Itinerary(const TileStore& store, const RunOptions& options);
 
   bool isTour() const { return tour_.has_value(); }

@@ -180,7 +180,7 @@ RunSummary RunParts::summary() const {
   s.segments = store.segmentCount();
   s.decoded_bytes = store.decodedBytes();
   s.cell = store.cell(first_cell).name;
-  s.route = options.route;
+  s.route = toString(options.route);
   s.method = options.method;
   s.stalls = hand->stalls();
   s.budget_bytes = options.budget_bytes;

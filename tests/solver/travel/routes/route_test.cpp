@@ -62,13 +62,13 @@ ProxyPlace atNode(std::uint32_t rank) {
 }
 
 TEST(PlanRoute, JoinsTwoSamplesByTheirIds) {
-  EXPECT_EQ(ranks(planRoute(fork(), kCell, "1:4")), (RankList{0, 1, 2, 3}));
-  EXPECT_EQ(ranks(planRoute(fork(), kCell, "4:1")), (RankList{3, 2, 1, 0}));
-  EXPECT_EQ(ranks(planRoute(fork(), kCell, "4:5")), (RankList{3, 2, 4}));
-  EXPECT_DOUBLE_EQ(planRoute(fork(), kCell, "4:5").length_um(), 8);
+  EXPECT_EQ(ranks(planRoute(fork(), kCell, routeChoiceOf("1:4"))), (RankList{0, 1, 2, 3}));
+  EXPECT_EQ(ranks(planRoute(fork(), kCell, routeChoiceOf("4:1"))), (RankList{3, 2, 1, 0}));
+  EXPECT_EQ(ranks(planRoute(fork(), kCell, routeChoiceOf("4:5"))), (RankList{3, 2, 4}));
+  EXPECT_DOUBLE_EQ(planRoute(fork(), kCell, routeChoiceOf("4:5")).length_um(), 8);
 }
 
-TEST(PlanRoute, LongestIsByArcLength) { EXPECT_EQ(ranks(planRoute(fork(), kCell, "longest")), (RankList{0, 1, 2, 4})); }
+TEST(PlanRoute, LongestIsByArcLength) { EXPECT_EQ(ranks(planRoute(fork(), kCell, {})), (RankList{0, 1, 2, 4})); }
 
 TEST(PlanRoute, LongestTakesTheLowestRanksOfEquals) {
   CellGraph graph;
@@ -76,32 +76,31 @@ TEST(PlanRoute, LongestTakesTheLowestRanksOfEquals) {
   graph.parents = {2, 2, kNoParent, kNoParent, 3};  // children before their parent
   const Vector3d points[] = {{3, 4, 0}, {0, 5, 0}, {0, 0, 0}, {9, 0, 0}, {9, 0, 5}};
   for (const Vector3d& p : points) graph.positions.push_back(kGrid.snap(p));
-  EXPECT_EQ(ranks(planRoute(graph, kCell, "longest")), (RankList{2, 0}));
+  EXPECT_EQ(ranks(planRoute(graph, kCell, {})), (RankList{2, 0}));
 }
 
 TEST(PlanRoute, RepeatedIdsMeanTheJoinedPairOfLowestRanks) {
   CellGraph graph = fork();
   graph.sample_ids = {1, 2, 3, 4, 5, 1, 2, 8};
-  EXPECT_EQ(ranks(planRoute(graph, kCell, "1:2")), (RankList{0, 1}));
+  EXPECT_EQ(ranks(planRoute(graph, kCell, routeChoiceOf("1:2"))), (RankList{0, 1}));
   graph.sample_ids = {10, 20, 3, 4, 5, 1, 2, 1};
-  EXPECT_EQ(ranks(planRoute(graph, kCell, "1:2")), (RankList{5, 6}));
+  EXPECT_EQ(ranks(planRoute(graph, kCell, routeChoiceOf("1:2"))), (RankList{5, 6}));
 }
 
 TEST(PlanRoute, RefusesUnknownRoutes) {
-  for (const char* spec : {"",           "1",      "1:",      ":4",      "1:x",
-                           "1:4:5",      "99:4",   "1:99",    "1:7",     "1:8",
-                           "1:1",        "8:8",    "random",  "random:", "random:-1",
-                           "random:1.5", "tour:1", "Longest", "1 : 4",   "18446744073709551617:4"})
-    EXPECT_THROW(planRoute(fork(), kCell, spec), UsageError) << spec;
+  for (const char* spec : {"99:4", "1:99", "1:7", "1:8", "1:1", "8:8", "tour:1"})
+    EXPECT_THROW(planRoute(fork(), kCell, routeChoiceOf(spec)), UsageError) << spec;
 }
 
 TEST(PlanRoute, RefusesACellWithoutLength) {
   CellGraph graph;
-  for (const char* spec : {"longest", "random:1"}) EXPECT_THROW(planRoute(graph, kCell, spec), UsageError);
+  for (const char* spec : {"longest", "random:1"})
+    EXPECT_THROW(planRoute(graph, kCell, routeChoiceOf(spec)), UsageError);
   graph.sample_ids = {1, 2, 3};
   graph.parents = {kNoParent, 0, kNoParent};
   graph.positions.assign(3, GridPoint::Constant(7));
-  for (const char* spec : {"longest", "random:1", "1:2"}) EXPECT_THROW(planRoute(graph, kCell, spec), UsageError);
+  for (const char* spec : {"longest", "random:1", "1:2"})
+    EXPECT_THROW(planRoute(graph, kCell, routeChoiceOf(spec)), UsageError);
 }
 
 TEST(PlanRoute, RandomGoesFromARootToATipOfItsTree) {
@@ -111,10 +110,10 @@ TEST(PlanRoute, RandomGoesFromARootToATipOfItsTree) {
     if (parent != kNoParent) ++children[parent];
   std::vector<RankList> seen;
   for (int seed = 0; seed < 50; ++seed) {
-    const Route route = planRoute(graph, kCell, "random:" + std::to_string(seed));
+    const Route route = planRoute(graph, kCell, routeChoiceOf("random:" + std::to_string(seed)));
     EXPECT_EQ(graph.parents[route.points().front().rank], kNoParent);
     EXPECT_EQ(children[route.points().back().rank], 0);
-    EXPECT_EQ(ranks(route), ranks(planRoute(graph, kCell, "random:" + std::to_string(seed))));
+    EXPECT_EQ(ranks(route), ranks(planRoute(graph, kCell, routeChoiceOf("random:" + std::to_string(seed)))));
     seen.push_back(ranks(route));
   }
   std::sort(seen.begin(), seen.end());
@@ -133,12 +132,13 @@ TEST(PlanRoute, LongestAgreesWithTryingEveryTip) {
         length_um += (kGrid.toWorld(graph.positions[at]) - kGrid.toWorld(graph.positions[graph.parents[at]])).norm();
       best_um = std::max(best_um, length_um);
     }
-    EXPECT_NEAR(planRoute(graph, kCell, "longest").length_um(), best_um, 1e-9 * best_um);
+    EXPECT_NEAR(planRoute(graph, kCell, {}).length_um(), best_um, 1e-9 * best_um);
   }
 }
 
 TEST(Route, StartsOnItsFirstSegment) {
-  const Route down = planRoute(fork(), kCell, "1:4"), up = planRoute(fork(), kCell, "4:1");
+  const Route down = planRoute(fork(), kCell, routeChoiceOf("1:4")),
+              up = planRoute(fork(), kCell, routeChoiceOf("4:1"));
   EXPECT_EQ(down.first_segment(), (SegmentId{4, 1}));
   EXPECT_EQ(down.first_t(), 1);
   EXPECT_EQ(up.first_segment(), (SegmentId{4, 3}));
@@ -146,7 +146,7 @@ TEST(Route, StartsOnItsFirstSegment) {
 }
 
 TEST(Route, PointsLieAtTheirArcLengthAndStraightOnPastTheTip) {
-  const Route route = planRoute(fork(), kCell, "1:4");
+  const Route route = planRoute(fork(), kCell, routeChoiceOf("1:4"));
   EXPECT_EQ(route.pointAt(-1), Vector3d(0, 0, 0));
   EXPECT_EQ(route.pointAt(std::numeric_limits<double>::quiet_NaN()), Vector3d(0, 0, 0));
   EXPECT_EQ(route.pointAt(3), Vector3d(3, 0, 0));
@@ -156,7 +156,7 @@ TEST(Route, PointsLieAtTheirArcLengthAndStraightOnPastTheTip) {
 }
 
 TEST(Route, ProgressIsTheArcOrWhereTheStructureLeadsBack) {
-  const Route route = planRoute(fork(), kCell, "1:4");
+  const Route route = planRoute(fork(), kCell, routeChoiceOf("1:4"));
   EXPECT_DOUBLE_EQ(route.progress(atNode(2)).arc_um, 4);
   EXPECT_TRUE(route.progress(atNode(2)).on_route);
   EXPECT_DOUBLE_EQ(route.progress(onSegment(3, 0.25)).arc_um, 6.25);
@@ -223,7 +223,7 @@ TEST(Route, ProgressAgreesWithWalkingTheTree) {
 }
 
 TEST(RouteTracker, KeepsTheFurthestArcOnTheRoute) {
-  const Route route = planRoute(fork(), kCell, "1:4");
+  const Route route = planRoute(fork(), kCell, routeChoiceOf("1:4"));
   RouteTracker tracker(route);
   tracker.update(onSegment(1, 0.5));
   EXPECT_DOUBLE_EQ(tracker.reached_um(), 1);

@@ -74,13 +74,5 @@ TEST(Tour, RefusesASetWithoutRoutes) {
   EXPECT_THROW(tour.next(), UsageError);
 }
 
-TEST(Tour, ReadsItsSeed) {
-  EXPECT_EQ(Tour::seedOf("tour:0"), 0u);
-  EXPECT_EQ(Tour::seedOf("tour:18446744073709551615"), UINT64_MAX);
-  for (const char* other : {"longest", "random:1", "1:2", "", "tours:1"}) EXPECT_FALSE(Tour::seedOf(other).has_value());
-  for (const char* wrong : {"tour", "tour:", "tour:x", "tour:-1", "tour:1.5", "tour:1 ", "tour:18446744073709551616"})
-    EXPECT_THROW(Tour::seedOf(wrong), UsageError) << wrong;
-}
-
 }  // namespace
 }  // namespace filiform

@@ -25,7 +25,7 @@ class LegPlannerTest : public ::testing::Test {
     slow_ = source.get();
     set_ = TileSet::open(std::move(source));
     for (TileId t = 0; t < set_->tile_count(); ++t) set_->entry(t);
-    options_.route = "tour:1";
+    options_.route = routeChoiceOf("tour:1");
   }
   test::TempFolder folder_;
   const test::SlowFolder* slow_ = nullptr;

@@ -132,7 +132,7 @@ Recorded replay(const TileStore& store, RunOptions options, const std::string& f
 
 RunOptions shortTour() {
   RunOptions options;
-  options.route = "tour:5";
+  options.route = routeChoiceOf("tour:5");
   options.zoom_um = 100;
   options.seconds = 40;
   options.person.speed_m_s = 0.3;
@@ -184,7 +184,7 @@ TEST(Run, ALateRunBeginsWhenItsTilesAreHere) {
   std::uint64_t without_prefetch = 0;
   for (int tour = 1; tour <= 8; ++tour) {
     RunOptions options = shortTour();
-    options.route = "tour:" + std::to_string(tour);
+    options.route = routeChoiceOf("tour:" + std::to_string(tour));
     options.latency_ms = 100;
     options.seconds = 0.1;
     EXPECT_EQ(record(*store, options).summary.frontiers, 0u) << tour;

@@ -165,7 +165,7 @@ TEST(Run, SaysHowItEnded) {
   for (const bool realtime : {false, true}) {
     RunOptions tour;
     tour.in_memory = true;
-    tour.route = "tour:1";
+    tour.route = routeChoiceOf("tour:1");
     tour.seconds = 1e6;
     tour.realtime = realtime;
     tour.stop = &stop;
@@ -189,7 +189,7 @@ TEST(Run, NoTravelSucceedsWhereTheHandHasArrivedBeforeItMoves) {
       EXPECT_THROW(run(*store, options), UsageError) << zoom_um << route;
     }
   options.zoom_um = 2e4;
-  options.route = "longest";
+  options.route = routeChoiceOf("longest");
   const RunSummary moved = run(*store, options);
   EXPECT_EQ(moved.outcome, RunOutcome::completed);
   EXPECT_GT(moved.reached_um, 0);
@@ -440,8 +440,7 @@ TEST(Run, RefusesWhatMakesNoSense) {
   };
   refuses([](RunOptions& o) { o.cell = 1; });
   refuses([](RunOptions& o) { o.cell = UINT32_MAX; });
-  refuses([](RunOptions& o) { o.route = "tour:x"; });
-  refuses([](RunOptions& o) { o.route = "1:999"; });
+  refuses([](RunOptions& o) { o.route = routeChoiceOf("1:999"); });
   refuses([](RunOptions& o) { o.budget_bytes = 1; });
   refuses([](RunOptions& o) { o.zoom_um = std::nan(""); });
   refuses([](RunOptions& o) { o.rate_Hz = 0; });
@@ -454,7 +453,7 @@ TEST(Run, RefusesWhatMakesNoSense) {
     o.latency_ms = 5;
   });
   refuses([](RunOptions& o) {
-    o.route = "tour:1";
+    o.route = routeChoiceOf("tour:1");
     o.device = "null";
   });
   RunOptions options;

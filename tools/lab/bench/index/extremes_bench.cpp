@@ -234,13 +234,15 @@ void tryData(const BenchOptions& options, Trials& trials) {
     const std::size_t count = 20'000 / part;
     const auto store = inMemory({equidistant(count)});
     const Nearest search(*store);
-    const NearestResult found = search.find(Vector3d::Zero()).at(0);
+    std::vector<NearestResult> results;
+    const SearchCounts counts = search.find(Vector3d::Zero(), {}, results);
+    const NearestResult& found = results.at(0);
     // Rounding to the grid makes the distances differ. The result must be the first of the nearest.
     double best = std::numeric_limits<double>::infinity();
     for (const NearestResult& r : search.find(Vector3d::Zero(), {.k = count})) best = std::min(best, r.distance_um);
     trials.put("all equidistant from the probe", std::to_string(count) + " segments about it",
                shown(found.distance_um - best) + " um",
-               "of a distance of 10 um; " + std::to_string(found.tiles_searched) + " of " +
+               "of a distance of 10 um; " + std::to_string(counts.tiles_searched) + " of " +
                    std::to_string(store->tile_count()) + " tiles searched",
                found.distance_um == best);
   }
@@ -339,7 +341,7 @@ void tryDisks(const BenchOptions& options, Trials& trials, const std::string& fo
   ingest(cells, path, {.capacity = 256});
   const auto set = TileSet::open(path);
   RunOptions run_options;
-  run_options.route = "tour:" + std::to_string(options.seed);
+  run_options.route = {.kind = RouteChoice::Kind::tour, .seed = options.seed};
   run_options.budget_bytes = Residency::floorBytes(*set);
   run_options.latency_ms = 5;
   trials.travel("the smallest budget", std::to_string(*run_options.budget_bytes) + " bytes", *set, run_options);
@@ -355,7 +357,7 @@ void tryDisks(const BenchOptions& options, Trials& trials, const std::string& fo
     failing->cell(0);  // names are read before the reads begin to fail, because the tiles are to fail
     faults.arm();
     run_options.latency_ms = 5;
-    run_options.route = "longest";
+    run_options.route = {};
     trials.travel("a disk that fails", "three reads of ten", *failing, run_options, Trials::Refusal::disk);
   }
   options.progress("a disk that is full");

@@ -136,11 +136,12 @@ double tilesOpened(const TileStore& store, bool near, std::size_t count, double 
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> place(0, side_um);
   const Nearest nearest(store, {.budget_bytes = UINT64_MAX});
+  std::vector<NearestResult> found;
   double tiles = 0;
   for (std::size_t i = 0; i < count; ++i) {
     const std::shared_ptr<const Tile> tile = store.load(static_cast<TileId>(random() % store.tile_count()));
     const Vector3d h_W = near ? nearPoint(*tile, random) : Vector3d(place(random), place(random), place(random));
-    tiles += nearest.find(h_W).at(0).tiles_searched;
+    tiles += nearest.find(h_W, {}, found).tiles_searched;
   }
   return tiles / static_cast<double>(count);
 }

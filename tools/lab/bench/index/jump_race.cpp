@@ -50,7 +50,8 @@ WholeEngine::WholeEngine(CellStream& cells, std::uint64_t segments) {
   const double before = residentBytes(), from = threadTime_s();
   {
     const auto store = buildTilesInMemory(cells, {.capacity = UINT32_MAX});
-    for (TileId id = 0; id < store->tile_count(); ++id) trees_.push_back(makeTileEngine("packed", store->load(id)));
+    for (TileId id = 0; id < store->tile_count(); ++id)
+      trees_.push_back(makeTileEngine(TileEngineKind::packed, store->load(id)));
   }
   engine_.name = "whole";
   engine_.build_s = threadTime_s() - from;

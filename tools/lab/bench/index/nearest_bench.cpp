@@ -130,7 +130,8 @@ BenchReport runNearest(const BenchOptions& options) {
       const std::vector<Vector3d> points = pointsOf(store, where, count, side_um, options.seed + 1);
       const std::vector<Raced> raced = raceJumps(engines, points);
       double tiles = 0;
-      for (const Vector3d& h_W : points) tiles += nearest.find(h_W).at(0).tiles_searched;
+      std::vector<NearestResult> found;
+      for (const Vector3d& h_W : points) tiles += nearest.find(h_W, {}, found).tiles_searched;
       const double own_ns = percentile(raced[0].ns, 0.5);
       for (std::size_t e = 0; e < engines.size(); ++e) {
         const double ns = percentile(raced[e].ns, 0.5);

@@ -47,13 +47,14 @@ void measureEpsilon(const BenchOptions& options, const SearchScene& scene, Bench
                    {}};
   PlotSeries time{"CPU a query", {}, {}}, tiles{"tiles a query", {}, {}};
   const Nearest nearest(*scene.store, {.budget_bytes = UINT64_MAX});
+  std::vector<NearestResult> results;
   for (const double epsilon : {0.0, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0}) {
     options.progress("epsilon " + shown(epsilon));
     double searched = 0, sum = 0, most = 0;
     std::size_t same = 0;
     for (std::size_t i = 0; i < scene.points.size(); ++i) {
-      const NearestResult found = nearest.find(scene.points[i], {.epsilon = epsilon}).at(0);
-      searched += found.tiles_searched;
+      searched += nearest.find(scene.points[i], {.epsilon = epsilon}, results).tiles_searched;
+      const NearestResult& found = results.at(0);
       const double true_um = scene.truth[i].distance_um;
       const double error = true_um > 0 ? found.distance_um / true_um - 1 : found.distance_um > 0 ? INFINITY : 0;
       sum += error, most = std::max(most, error);

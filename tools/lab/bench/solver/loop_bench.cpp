@@ -137,7 +137,7 @@ BenchReport runLoop(const BenchOptions& options) {
     options.progress(which + "navigation");
     RunOptions run_options;
     run_options.device = kHand;
-    run_options.route = "tour:" + std::to_string(options.seed + static_cast<std::uint64_t>(turn));
+    run_options.route = {.kind = RouteChoice::Kind::tour, .seed = options.seed + static_cast<std::uint64_t>(turn)};
     run_options.seconds = turn_s;
     run_options.realtime = true;
     run_options.budget_bytes = budget;

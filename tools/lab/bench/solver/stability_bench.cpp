@@ -419,7 +419,7 @@ BenchReport runStability(const BenchOptions& options) {
         options.progress(std::string("tour, ") + name);
         RunOptions run_options;
         run_options.in_memory = true;
-        run_options.route = "tour:" + std::to_string(options.seed);
+        run_options.route = {.kind = RouteChoice::Kind::tour, .seed = options.seed};
         run_options.seconds = options.quick ? 2 : options.long_run ? 120 : 30;
         run_options.method = one;
         run_options.stiffness_N_m = k;

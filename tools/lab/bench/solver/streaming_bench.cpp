@@ -162,7 +162,7 @@ void measureOpening(const BenchOptions& options, const Sets& sets, const std::ve
 
 RunOptions tourOptions(const BenchOptions& options, double seconds) {
   RunOptions run;
-  run.route = "tour:" + std::to_string(options.seed);
+  run.route = {.kind = RouteChoice::Kind::tour, .seed = options.seed};
   run.seconds = seconds;
   run.person.speed_m_s = 0.5;
   return run;
