@@ -1,4 +1,4 @@
-#include "tools/commands/shared/picture_writer.h"
+#include "tools/commands/figure/picture_writer.h"
 
 #include "index/count_text.h"
 #include "index/output.h"

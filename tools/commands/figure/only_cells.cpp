@@ -1,4 +1,4 @@
-#include "tools/commands/shared/only_cells.h"
+#include "tools/commands/figure/only_cells.h"
 
 #include "index/attributes/cell_attributes.h"
 #include "index/count_text.h"

@@ -1,7 +1,7 @@
 // Writes a picture of a scene as PNG, SVG or PDF, with its marks. Thread rule: the thread of the renderer's context.
 #pragma once
 
-#include "tools/commands/shared/figure_arguments.h"
+#include "tools/commands/figure/figure_arguments.h"
 #include "tools/pictures/canvas.h"
 #include "viewer/gl/scene_view.h"
 

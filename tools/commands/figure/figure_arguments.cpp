@@ -1,4 +1,4 @@
-#include "tools/commands/shared/figure_arguments.h"
+#include "tools/commands/figure/figure_arguments.h"
 
 #include "index/errors.h"
 #include "index/text.h"
