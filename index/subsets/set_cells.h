@@ -29,6 +29,9 @@ class SetCells final : public CellStream {
   // cell_count() and are not removed. O(cells log cells).
   SetCells(const TileSet& set, std::vector<std::uint32_t> cells, SetCellsOptions options = {});
 
+  // The cells in the order in which next() gives them.
+  const std::vector<std::uint32_t>& cells() const { return cells_; }
+
   // Cells without a sample of the types are left out. Throws what CellPass throws. Memory and cost are those of
   // CellPass.
   bool next(Cell& cell) override;

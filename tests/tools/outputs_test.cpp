@@ -462,8 +462,8 @@ TEST_F(Outputs, AnInterruptedRunLeavesOlderFilesAndKeepsItsRecording) {
   EXPECT_TRUE(fs::exists(path("fresh.rec")));
 }
 
-TEST_F(Outputs, ThePictureNameIsPng) {
-  for (const char* name : {"a.svg", "a.jpg", "a.swc"}) {
+TEST_F(Outputs, ThePictureNameTellsItsFormat) {
+  for (const char* name : {"a.gif", "a.jpg", "a.swc"}) {
     expectRefusal({"render", path("cell.swc"), "-o", path(name)}, 2, ".png");
     EXPECT_FALSE(fs::exists(path(name)));
   }

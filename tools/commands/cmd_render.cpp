@@ -1,6 +1,7 @@
 // filiform render: draws a picture of a scene without a display.
 #include "index/attributes/cell_attributes.h"
 #include "index/attributes/cell_filter.h"
+#include "index/count_text.h"
 #include "index/errors.h"
 #include "index/set/tile_set.h"
 #include "index/text.h"
@@ -12,14 +13,15 @@
 #include "solver/workspace/navigation_link.h"
 #include "solver/workspace/workspace.h"
 #include "tools/commands/commands.h"
+#include "tools/commands/figure/figure_arguments.h"
+#include "tools/commands/figure/only_cells.h"
+#include "tools/commands/figure/picture_writer.h"
 #include "tools/commands/shared/cell_conditions.h"
 #include "tools/commands/shared/colouring.h"
 #include "tools/commands/shared/remote_arguments.h"
 #include "tools/commands/shared/scene.h"
 #include "tools/pictures/camera_text.h"
 #include "tools/pictures/film.h"
-#include "tools/pictures/legend.h"
-#include "tools/pictures/png.h"
 #include "tools/program/cli.h"
 #include "tools/program/interruption.h"
 #include "tools/program/output_check.h"
@@ -56,14 +58,15 @@ struct RenderArguments {
   std::uint64_t segments = 2'000'000;
   double pictures_s = 30;
   int samples = 2;
-  std::vector<std::string> where, given;  // given: the options of the command line, for --path
+  std::vector<std::string> where, only, given;  // given: the options of the command line, for --path
+  FigureArguments figure;
   bool orthographic = false, all = false, json = false, no_legend = false;
 };
 
 // The colours of --colour-by with a measure or an attribute, and of --where; nullptr without them. `set`: the store, if
-// it is a set.
+// it is a set. `only`: the cells of --only, or none.
 std::shared_ptr<const CellColours> cellColoursOf(const TileStore& store, const TileSet* set, const Colouring& colouring,
-                                                 const RenderArguments& a) {
+                                                 const RenderArguments& a, const std::vector<std::uint32_t>& only) {
   if (colouring.kind && a.where.empty()) return nullptr;
   CellSelection selection{.theme = themeOf(a.theme)};
   std::unique_ptr<CellAttributes> attributes;
@@ -72,6 +75,12 @@ std::shared_ptr<const CellColours> cellColoursOf(const TileStore& store, const T
     const CellConditions conditions(a.where);
     if (!conditions.empty()) selection.only = cellsMeeting(conditions, *set, *attributes, 0);
     if (selection.only && selection.only->empty()) throw UsageError("--where: no cell meets the conditions");
+    if (!only.empty() && selection.only) {
+      std::erase_if(*selection.only, [&](std::uint32_t c) { return !std::binary_search(only.begin(), only.end(), c); });
+      if (selection.only->empty()) throw UsageError("--where: no cell of --only meets the conditions");
+    } else if (!only.empty()) {
+      selection.only = only;
+    }
   }
   if (colouring.feature == nullptr) return coloursByAttribute(*set, *attributes, colouring.attribute, selection);
   std::vector<std::uint32_t> cells = selection.only.value_or(std::vector<std::uint32_t>());
@@ -144,12 +153,12 @@ SceneFrame frameOf(const TileStore& store, const RenderArguments& a,
                    const std::shared_ptr<const CellColours>& colours) {
   SceneFrame frame;
   frame.cell_colours = colours;
-  frame.size = parseSize("--size", a.size, Renderer::kMaxSize);
+  frame.size = a.figure.size(a.size, Renderer::kMaxSize);
   frame.stereo = stereoMode(a.stereo);
   frame.palette = a.palette == "red-green" ? kRedGreen : kOrangeBlue;
   frame.colour = parseColouring(a.colour_by).kind.value_or(ColourBy::cell);
   frame.orthographic = a.orthographic;
-  frame.background = groundOf(themeOf(a.theme));
+  frame.background = a.figure.ground(themeOf(a.theme));
   frame.eyes = {.gain = a.separation, .widening = a.widening};
   frame.budget.segments = a.segments;
   frame.budget.samples = a.samples;
@@ -172,17 +181,7 @@ SceneFigures drawPicture(const TileStore& store, const RenderArguments& a,
     frame.junction = proxy->junction ? &*proxy->junction : nullptr;
   }
   frame.camera = cameraOf(a, scene, proxy, workspace, eyeSize(frame.stereo, frame.size).aspect());
-  Progress progress({.title = "render", .noun = "tiles"});
-  SceneFigures figures = scene.drawWhole(frame, [&](std::size_t done, std::size_t all) {
-    throwIfInterrupted();
-    progress.setTotal(all);
-    progress.update(done);
-  });
-  progress.finish();
-  Picture picture = renderer.read();
-  if (colours != nullptr && !a.no_legend) drawLegend(picture, *colours);
-  writePng(picture, a.out);
-  return figures;
+  return writePicture(frame, {a.out, a.figure, themeOf(a.theme), !a.no_legend}, store, scene, renderer);
 }
 
 using ShowTick = std::function<void(const NavigationSnapshot&)>;
@@ -266,11 +265,18 @@ SceneFigures drawFilm(const TileStore& store, const RenderArguments& a,
 // Only a regular file needs the right ending: a device or a pipe may have any name.
 void checkPictureName(const std::string& out) {
   const std::string ending = std::filesystem::path(out).extension().string();
-  if (ending.empty() || endsWithNoCase(out, ".png") || !isFileOutput(out)) return;
+  if (ending.empty() || endsWithNoCase(out, ".png") || vectorFormatOf(out) || !isFileOutput(out)) return;
   throw UsageError(
       "--output " + inShort(out) +
-      ": pictures are FILE.png (there is no other format), or - for standard output; with --path a film: FILE.mp4, "
-      ".mkv, .webm, .mov or FILE-%05d.png");
+      ": pictures are FILE.png, FILE.svg or FILE.pdf, or PNG to - for standard output; with --path a film: "
+      "FILE.mp4, .mkv, .webm, .mov or FILE-%05d.png");
+}
+
+std::string pixelsText(const SceneFigures& figures, const GraphicsContext& context) {
+  return (std::isfinite(figures.error_px)
+              ? "error at most " + formatNumber(std::ceil(figures.error_px * 100) / 100) + " px"
+              : std::string("error not limited, because the eye lies in a simplified tile")) +
+         "; drawn by " + context.description() + '\n';
 }
 
 int runRender(const RenderArguments& a) {
@@ -285,11 +291,18 @@ int runRender(const RenderArguments& a) {
     throw UsageError("--path uses the recorded hand: leave out --proxy, --at and --camera");
   if (a.path.empty()) checkPictureName(a.out);
   parseSize("--size", a.size, Renderer::kMaxSize);
-  stereoMode(a.stereo);
+  a.figure.check(Renderer::kMaxSize);
+  if (vectorFormatOf(a.out) && stereoMode(a.stereo) != StereoMode::mono)
+    throw UsageError("--stereo " + inShort(a.stereo) + ": SVG and PDF have one picture; write PNG");
+  if (!a.path.empty() && (a.figure.hasMarks() || a.figure.isClear() || !a.only.empty()))
+    throw UsageError(
+        "--path: a film has all cells, its own ground and no marks; leave out --only, --background none, "
+        "--title, --scale-bar, --orientation and --legend");
   const Colouring colouring = parseColouring(a.colour_by);
   if (isFileScene(a.scene)) {
     checkColouring(colouring, a.colour_by, nullptr);
     if (!a.where.empty()) throw UsageError("--where: the scene has no attributes of cells; only tile sets have");
+    if (!a.only.empty()) throw UsageError("--only: the scene is a file; ingest it, and give the set");
   }
   std::vector<NamedPath> outputs;
   if (a.path.empty() || !isSequenceName(a.out)) outputs.push_back({"--output", a.out});
@@ -303,13 +316,20 @@ int runRender(const RenderArguments& a) {
   std::shared_ptr<const CellColours> colours;
   if (isFileScene(a.scene)) {
     store = buildScene(a.scene);
-    colours = cellColoursOf(*store, nullptr, colouring, a);
+    colours = cellColoursOf(*store, nullptr, colouring, a, {});
   } else {
     auto set = TileSet::open(a.scene, a.remote->options());
     checkColouring(colouring, a.colour_by, set.get());
-    colours = cellColoursOf(*set, set.get(), colouring, a);
-    levels = Levels::open(*set);
-    store = std::move(set);
+    const std::vector<std::uint32_t> only = onlyCells(*set, a.only);
+    colours = cellColoursOf(*set, set.get(), colouring, a, only);
+    if (only.empty()) {
+      levels = Levels::open(*set);
+      store = std::move(set);
+    } else {
+      SomeCells some = sceneOfCells(*set, only);
+      if (colours != nullptr || colouring.kind == ColourBy::cell) colours = coloursOfCells(colours.get(), some.cells);
+      store = std::move(some.scene);
+    }
   }
   const auto context = makeOffscreenContext(a.gpu);
   Renderer renderer(*context);
@@ -318,7 +338,7 @@ int runRender(const RenderArguments& a) {
   std::uint64_t pictures = 1;
   const SceneFigures figures = a.path.empty() ? drawPicture(*store, a, colours, scene, renderer)
                                               : drawFilm(*store, a, colours, scene, renderer, out, pictures);
-  const PictureSize size = parseSize("--size", a.size, Renderer::kMaxSize);
+  const PictureSize size = a.figure.size(a.size, Renderer::kMaxSize);
   if (a.json) {
     const nlohmann::ordered_json json{{"width", size.width},
                                       {"height", size.height},
@@ -345,10 +365,8 @@ int runRender(const RenderArguments& a) {
   if (!a.path.empty()) people << counted(pictures, "picture") << " of ";
   people << size.width << " x " << size.height << ", " << counted(figures.segments, "segment") << " in "
          << counted(figures.tiles, "tile") << ", "
-         << (std::isfinite(figures.error_px)
-                 ? "error at most " + formatNumber(std::ceil(figures.error_px * 100) / 100) + " px"
-                 : "error not limited, because the eye lies in a simplified tile")
-         << "; drawn by " << context->description() << '\n';
+         << (vectorFormatOf(a.out) && figures.drawn.batches == 0 ? std::string("drawn as lines\n")
+                                                                 : pixelsText(figures, *context));
   if (colours)
     for (const CellColours::Entry& entry : colours->legend)
       people << "  " << escaped(colours->attribute, 60) << ' ' << escaped(entry.value, 60)
@@ -386,11 +404,14 @@ void addRender(CLI::App& app, Chosen& chosen) {
       "  filiform render column.fil -o travel.mp4 --path travel.rec --fps 30\n"
       "  filiform render cell.swc -o cell.png --camera 30,20 --colour-by type\n"
       "  filiform render circuit.fil -o circuit.png --colour-by layer\n"
-      "  filiform render column.fil -o lengths.png --colour-by measure:length");
+      "  filiform render column.fil -o lengths.png --colour-by measure:length\n"
+      "  filiform render column.fil -o figure.pdf --only CELL --background white --scale-bar --size-mm 85x60");
   command->add_option("SCENE", a->scene, "tile set or its address, .swc file or small .zip (read into memory)")
       ->required()
       ->type_name("SET|FILE.swc");
-  command->add_option("-o,--output,--out", a->out, "write the picture, PNG; with --path a film; - for standard output")
+  command
+      ->add_option("-o,--output,--out", a->out,
+                   "write the picture, .png, .svg or .pdf; with --path a film; - for standard output, PNG")
       ->required()
       ->type_name("FILE");
   command->add_option("--size", a->size, "size of the picture, pixels")->capture_default_str()->type_name("WxH");
@@ -426,12 +447,20 @@ void addRender(CLI::App& app, Chosen& chosen) {
           "fade cells whose attribute does not meet NAME=VALUE, as in filiform cells; repeatable: all must hold")
       ->type_name("CONDITION")
       ->allow_extra_args(false);
+  command
+      ->add_option(
+          "--only", a->only,
+          "draw only this cell; or the cells whose attribute meets a condition as in --where; or those named in a "
+          "file, a line each; repeatable: all of them together")
+      ->type_name("NAME|CONDITION|@FILE")
+      ->allow_extra_args(false);
   command->add_flag("--no-legend", a->no_legend, "leave out the legend of an attribute's colours");
   command->add_option("--palette", a->palette, "colours of the branches at a fork: red-green or orange-blue")
       ->capture_default_str();
   command->add_option("--theme", a->theme, "draw on a light or dark ground")
       ->capture_default_str()
       ->type_name("light|dark");
+  addFigureArguments(*command, a->figure);
   command->add_option("--highlight", a->highlight, "emphasise this cell; the other cells fade")->type_name("CELL");
   command->add_flag("--orthographic", a->orthographic, "project in parallel: near objects look no larger");
   CLI::Option* path =

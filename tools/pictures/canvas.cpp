@@ -3,6 +3,7 @@
 #include "index/text.h"
 
 #include <array>
+#include <cairo-pdf.h>
 #include <cairo-svg.h>
 #include <cairo.h>
 #include <cmath>
@@ -30,6 +31,18 @@ std::uint32_t* pixelsOf(cairo_surface_t* surface) {
   return reinterpret_cast<std::uint32_t*>(cairo_image_surface_get_data(surface));
 }
 
+cairo_surface_t* surfaceOf(const Picture& picture) {
+  cairo_surface_t* const surface = cairo_image_surface_create(CAIRO_FORMAT_RGB24, picture.width, picture.height);
+  if (cairo_surface_status(surface) != CAIRO_STATUS_SUCCESS) throw std::bad_alloc();
+  std::uint32_t* const pixels = pixelsOf(surface);  // 0x00RRGGBB
+  for (std::size_t i = 0; i < picture.rgb.size() / 3; ++i) {
+    const std::uint8_t* const c = &picture.rgb[3 * i];
+    pixels[i] = static_cast<std::uint32_t>(c[0] << 16 | c[1] << 8 | c[2]);
+  }
+  cairo_surface_mark_dirty(surface);
+  return surface;
+}
+
 }  // namespace
 
 Rgba mix(Rgba a, Rgba b, double t) {
@@ -46,26 +59,20 @@ Picture whitePicture(int width, int height) {
   return {width, height, std::vector<std::uint8_t>(bytes, 255)};
 }
 
-Canvas::Canvas(Picture& picture)
-    : picture_(&picture), surface_(cairo_image_surface_create(CAIRO_FORMAT_RGB24, picture.width, picture.height)) {
-  begin();
-  std::uint32_t* const pixels = pixelsOf(surface_);  // 0x00RRGGBB
-  for (std::size_t i = 0; i < picture.rgb.size() / 3; ++i) {
-    const std::uint8_t* const c = &picture.rgb[3 * i];
-    pixels[i] = static_cast<std::uint32_t>(c[0] << 16 | c[1] << 8 | c[2]);
-  }
-  cairo_surface_mark_dirty(surface_);
-}
+Canvas::Canvas(Picture& picture) : picture_(&picture), surface_(surfaceOf(picture)) { begin(); }
 
-Canvas::Canvas(int width, int height, std::string& svg)
-    : surface_(cairo_svg_surface_create_for_stream(
-          [](void* to, const unsigned char* bytes, unsigned n) {
-            static_cast<std::string*>(to)->append(reinterpret_cast<const char*>(bytes), n);
-            return CAIRO_STATUS_SUCCESS;
-          },
-          &svg, width, height)) {
-  cairo_svg_surface_set_document_unit(surface_, CAIRO_SVG_UNIT_PX);
+Canvas::Canvas(int width, int height, std::string& document, VectorFormat format, double pixel_mm) {
+  const bool is_svg = format == VectorFormat::svg;
+  const double unit = is_svg ? (pixel_mm > 0 ? pixel_mm : 1) : (pixel_mm > 0 ? pixel_mm / 25.4 : 1.0 / 96) * 72;
+  const auto append = [](void* to, const unsigned char* bytes, unsigned n) {
+    static_cast<std::string*>(to)->append(reinterpret_cast<const char*>(bytes), n);
+    return CAIRO_STATUS_SUCCESS;
+  };
+  surface_ = (is_svg ? cairo_svg_surface_create_for_stream : cairo_pdf_surface_create_for_stream)(
+      append, &document, width * unit, height * unit);
+  if (is_svg) cairo_svg_surface_set_document_unit(surface_, pixel_mm > 0 ? CAIRO_SVG_UNIT_MM : CAIRO_SVG_UNIT_PX);
   begin();
+  cairo_scale(cairo_, unit, unit);
 }
 
 void Canvas::begin() {
@@ -100,6 +107,13 @@ void Canvas::clip(double lo_x, double lo_y, double hi_x, double hi_y) {
 }
 
 void Canvas::clipNothing() { cairo_reset_clip(cairo_); }
+
+void Canvas::picture(const Picture& drawn) {
+  cairo_surface_t* const surface = surfaceOf(drawn);
+  cairo_set_source_surface(cairo_, surface, 0, 0);
+  cairo_paint(cairo_);
+  cairo_surface_destroy(surface);
+}
 
 void Canvas::fill(double lo_x, double lo_y, double hi_x, double hi_y, Rgba colour) {
   if (!isNear(Vector2d(lo_x, lo_y)) || !isNear(Vector2d(hi_x, hi_y))) return;
@@ -138,6 +152,31 @@ void Canvas::disc(const Vector2d& centre, double radius, Rgba colour) {
   cairo_arc(cairo_, centre.x(), centre.y(), radius, 0, 2 * M_PI);
   setColour(cairo_, colour);
   cairo_fill(cairo_);
+}
+
+void Canvas::taper(const Vector2d& a, double radius_a, const Vector2d& b, double radius_b, Rgba colour) {
+  constexpr double kEven_px = 0.5;
+  if (std::abs(radius_a - radius_b) <= kEven_px) {
+    cairo_set_line_cap(cairo_, CAIRO_LINE_CAP_ROUND);
+    line(a, b, radius_a + radius_b, colour);
+    return;
+  }
+  if (!isNear(a) || !isNear(b)) return;
+  const Vector2d way = b - a;
+  const double length = way.norm();
+  if (length > std::abs(radius_a - radius_b)) {  // the outer tangents of both ends
+    const double sine = (radius_a - radius_b) / length, cosine = std::sqrt(1 - sine * sine);
+    const Vector2d along = way / length, across(-along.y(), along.x());
+    const Vector2d one = sine * along + cosine * across, other = sine * along - cosine * across;
+    for (const Vector2d& p : {Vector2d(a + radius_a * one), Vector2d(b + radius_b * one),
+                              Vector2d(b + radius_b * other), Vector2d(a + radius_a * other)})
+      cairo_line_to(cairo_, p.x(), p.y());
+    cairo_close_path(cairo_);
+    setColour(cairo_, colour);
+    cairo_fill(cairo_);
+  }
+  disc(a, radius_a, colour);
+  disc(b, radius_b, colour);
 }
 
 double Canvas::textWidth(std::string_view utf8, double height) {

@@ -1,4 +1,4 @@
-// Draws lines, discs and letters with Cairo: on a picture, or as SVG.
+// Draws lines, discs and letters with Cairo: on a picture, or as SVG or PDF.
 //
 //   Picture picture = whitePicture(1200, 500);
 //   Canvas(picture).text("Force at the hand", {20, 30}, 12, kInk);
@@ -40,6 +40,7 @@ Rgba seriesColour(std::size_t index);
 Picture whitePicture(int width, int height);
 
 enum class Align { left, centre, right };
+enum class VectorFormat { svg, pdf };
 
 // Coordinates are pixels: x to the right, y down, (0, 0) at the top left corner of the first pixel. Shapes are clipped
 // to the picture. Shapes with a coordinate that is not finite or beyond 1e6 are left out.
@@ -47,8 +48,9 @@ class Canvas {
  public:
   // Draws on the picture, which must not be read before the canvas is destroyed. Throws std::bad_alloc.
   explicit Canvas(Picture& picture);
-  // Draws an SVG document of this size. `svg` holds the document when the canvas is destroyed.
-  Canvas(int width, int height, std::string& svg);
+  // Draws a document of this size, each pixel `pixel_mm` wide; 0: SVG in pixels, PDF with 96 pixels an inch. `document`
+  // is whole when the canvas is destroyed.
+  Canvas(int width, int height, std::string& document, VectorFormat format = VectorFormat::svg, double pixel_mm = 0);
   ~Canvas();
   Canvas(const Canvas&) = delete;
   Canvas& operator=(const Canvas&) = delete;
@@ -57,6 +59,8 @@ class Canvas {
   void clip(double lo_x, double lo_y, double hi_x, double hi_y);
   void clipNothing();
 
+  // A picture with its top left corner at (0, 0).
+  void picture(const Picture& drawn);
   // A rectangle with its edges moved to the nearest pixels.
   void fill(double lo_x, double lo_y, double hi_x, double hi_y, Rgba colour);
   // Draws one shape: where it crosses itself, the opacity does not add up.
@@ -64,6 +68,8 @@ class Canvas {
   void line(const Vector2d& a, const Vector2d& b, double width, Rgba colour);
   void dashes(const Vector2d& a, const Vector2d& b, double width, Rgba colour, double on, double off);
   void disc(const Vector2d& centre, double radius, Rgba colour);
+  // A line with round ends, as wide at each end as twice its radius.
+  void taper(const Vector2d& a, double radius_a, const Vector2d& b, double radius_b, Rgba colour);
 
   // Draws UTF-8 text in DejaVu Sans, or the font that the system has instead. Bytes that are not UTF-8 are escaped.
   // `height`: of a capital. `at`: a point on the baseline. `turned`: the text runs upwards.

@@ -1,0 +1,150 @@
+// Figures by `filiform render`: chosen cells, grounds, marks, sizes on paper, SVG and PDF.
+#include "tests/support/golden.h"
+#include "tests/support/process.h"
+#include "tests/support/temp_folder.h"
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace filiform {
+namespace {
+
+using test::Outcome;
+using test::runFiliform;
+
+class FigureCommand : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = std::make_unique<test::TempFolder>();
+    ASSERT_EQ(
+        runFiliform({"synth", folder_->file("c.zip"), "--kind", "column", "--cells", "8", "--seed", "3"}).exit_code, 0);
+    ASSERT_EQ(runFiliform({"ingest", folder_->file("c.zip"), "-o", folder_->file("c.fil")}).exit_code, 0);
+  }
+  static void TearDownTestSuite() { folder_.reset(); }
+  void SetUp() override {
+    if (runFiliform({"render", path("c.fil"), "-o", path("try.png"), "--size", "16x16"}).exit_code != 0)
+      GTEST_SKIP() << "no OpenGL";
+  }
+  static std::string path(const std::string& name) { return folder_->file(name); }
+  static Outcome render(const std::string& out, std::vector<std::string> words) {
+    words.insert(words.begin(), {"render", path("c.fil"), "-o", path(out)});
+    return runFiliform(words);
+  }
+  static void expectRendered(const std::string& out, const std::vector<std::string>& words) {
+    const Outcome outcome = render(out, words);
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_EQ(outcome.err, "");
+  }
+  static void expectRefused(const std::vector<std::string>& words, const std::vector<std::string>& parts) {
+    const Outcome outcome = render("refused.png", words);
+    EXPECT_EQ(outcome.exit_code, 2) << outcome.err;
+    EXPECT_TRUE(outcome.oneLineOnStderr()) << outcome.err;
+    for (const std::string& part : parts) EXPECT_NE(outcome.err.find(part), std::string::npos) << outcome.err;
+    EXPECT_FALSE(std::filesystem::exists(path("refused.png")));
+  }
+  // Of the pixels that are not white in one of the pictures, the part that is not white in both.
+  static double overlap(const Picture& a, const Picture& b) {
+    std::size_t both = 0, any = 0;
+    for (std::size_t i = 0; i < a.rgb.size(); i += 3) {
+      const auto isInked = [i](const Picture& p) { return p.rgb[i] + p.rgb[i + 1] + p.rgb[i + 2] < 3 * 235; };
+      both += isInked(a) && isInked(b);
+      any += isInked(a) || isInked(b);
+    }
+    return static_cast<double>(both) / static_cast<double>(any);
+  }
+  static Picture asPng(const std::string& document) {
+    const bool is_svg = document.ends_with(".svg");
+    const std::string line = is_svg ? "rsvg-convert " + path(document) + " -o " + path("made.png")
+                                    : "pdftoppm -png -r 96 -singlefile " + path(document) + " " + path("made");
+    EXPECT_EQ(std::system(line.c_str()), 0) << line;
+    return test::readPng(path("made.png"));
+  }
+
+  static std::unique_ptr<test::TempFolder> folder_;
+};
+std::unique_ptr<test::TempFolder> FigureCommand::folder_;
+
+const std::vector<std::string> kTwo{"--only",  "cell_00001",   "--only", "cell_00004", "--size",
+                                    "900x600", "--background", "white",  "--samples",  "4"};
+
+TEST_F(FigureCommand, VectorsCoverWhatThePictureCovers) {
+  if (std::system("rsvg-convert --version >/dev/null 2>&1 && pdftoppm -v >/dev/null 2>&1") != 0)
+    GTEST_SKIP() << "needs librsvg2-bin and poppler-utils: run tools/setup";
+  expectRendered("two.png", kTwo);
+  const Picture pixels = test::readPng(path("two.png"));
+  for (const char* const document : {"two.svg", "two.pdf"}) {
+    SCOPED_TRACE(document);
+    expectRendered(document, kTwo);
+    const Picture lines = asPng(document);
+    ASSERT_EQ(lines.width, pixels.width);
+    ASSERT_EQ(lines.height, pixels.height);
+    EXPECT_GE(overlap(pixels, lines), 0.95);
+  }
+}
+
+TEST_F(FigureCommand, OnlyDrawsTheNamedCellsInTheirColours) {
+  std::ofstream(path("names.txt")) << "cell_00004\r\nnobody\n\ncell_00001\n";
+  const Outcome listed = render("listed.png", {"--only", "@" + path("names.txt"), "--size", "900x600", "--background",
+                                               "white", "--samples", "4", "--json"});
+  ASSERT_EQ(listed.exit_code, 0) << listed.err;
+  EXPECT_NE(listed.err.find("does not have 1 of 3 names, such as nobody"), std::string::npos) << listed.err;
+  EXPECT_TRUE(listed.oneLineOnStderr());
+  expectRendered("named.png", kTwo);
+  EXPECT_EQ(test::readPng(path("listed.png")).rgb, test::readPng(path("named.png")).rgb);
+  expectRefused({"--only", "cell_0000x"}, {"--only cell_0000x", "cell_00000"});
+  expectRefused({"--only", "soma_depth=1"}, {"soma_depth"});
+  expectRefused({"--only", "measure:length>1e12"}, {"--only measure:length>1e12", "no cell meets"});
+  std::ofstream(path("none.txt")) << std::string(60'000, 'x') << '\n';
+  expectRefused({"--only", "@" + path("none.txt")}, {"the set has none of its 1 name"});
+}
+
+TEST_F(FigureCommand, MarksAreAddedToTheSamePicture) {
+  expectRendered("plain.png", kTwo);
+  std::vector<std::string> words = kTwo;
+  words.insert(words.end(),
+               {"--scale-bar", "--orientation", "--title", "Two cells", "--colour-by", "type", "--legend"});
+  expectRendered("marked.png", words);
+  const Picture marked = test::readPng(path("marked.png"));
+  const auto inked = [&](int x0, int y0, int x1, int y1) {
+    int n = 0;
+    for (int y = y0; y < y1; ++y)
+      for (int x = x0; x < x1; ++x) n += test::colourAt(marked, x, y).g < 120;
+    return n;
+  };
+  EXPECT_GT(inked(600, 560, 900, 600), 60) << "the scale bar";
+  EXPECT_GT(inked(0, 520, 90, 600), 20) << "the arrows";
+  EXPECT_GT(inked(350, 0, 550, 40), 60) << "the title";
+  EXPECT_GT(inked(0, 0, 150, 120), 60) << "the legend";
+}
+
+TEST_F(FigureCommand, AClearGroundShowsWhatLiesBehind) {
+  std::vector<std::string> words = kTwo;
+  words[7] = "none";
+  expectRendered("clear.png", words);
+  const std::string bytes = test::readBytes(path("clear.png"));
+  EXPECT_EQ(bytes.at(25), 6) << "the PNG has an alpha channel";
+  const Picture on_black = test::readPng(path("clear.png"));
+  EXPECT_EQ(test::colourAt(on_black, 0, 0), (Rgba{0, 0, 0}));
+  expectRendered("clear.svg", words);
+  EXPECT_EQ(test::readBytes(path("clear.svg")).find("<rect"), std::string::npos);
+}
+
+TEST_F(FigureCommand, SizeOnPaperIsStated) {
+  expectRendered("paper.png", {"--size-mm", "85x60", "--dpi", "254"});
+  const std::string bytes = test::readBytes(path("paper.png"));
+  EXPECT_EQ(bytes.substr(37, 4), "pHYs");
+  EXPECT_EQ(bytes.substr(41, 9), std::string("\0\0\x27\x10\0\0\x27\x10\1", 9)) << "10 000 dots a metre";
+  EXPECT_EQ(test::readPng(path("paper.png")).width, 850);
+  expectRendered("paper.svg", {"--size-mm", "85x60", "--only", "cell_00001"});
+  EXPECT_NE(test::readBytes(path("paper.svg")).find("width=\"85.0"), std::string::npos);
+  expectRefused({"--size-mm", "2000x2000", "--dpi", "600"}, {"47244 x 47244 pixels", "8192"});
+  expectRefused({"--size-mm", "85"}, {"--size-mm"});
+  expectRefused({"--background", "pink"}, {"white, dark or none"});
+}
+
+}  // namespace
+}  // namespace filiform
