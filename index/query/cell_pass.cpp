@@ -127,30 +127,46 @@ struct CellPass::Impl {
     if (options.check) options.check();
     const TileId id = tiles[tiles_taken++];
     const auto [tile, appearance] = ahead->next();
+    std::uint32_t cell = kNowhere;  // whose segments come
+    bool is_wanted = false, is_direct = false;
+    Assembly::Filling filling;
     segments.clear();
-    internal::appendOwned(*tile, options.with_appearance ? &appearance : nullptr, segments);
-    for (auto first = segments.cbegin(); first != segments.cend();) {
-      const std::uint32_t cell = first->id.cell;
-      auto last = first + 1;
-      while (last != segments.cend() && last->id.cell == cell) ++last;
-      if (place[cell] != kNowhere) {
-        const std::span<const PassedSegment> of_cell =
-            std::span(std::as_const(segments))
-                .subspan(static_cast<std::size_t>(first - segments.cbegin()), static_cast<std::size_t>(last - first));
-        if (place[cell] < end)
-          add(id, of_cell);
-        else
-          waiting->add(groupOf(cell), id, of_cell);
-      }
-      first = last;
-    }
+    const auto endCell = [&] {
+      if (segments.empty()) return;
+      if (place[cell] < end)
+        add(id, segments);
+      else
+        waiting->add(groupOf(cell), id, segments);
+      segments.clear();
+    };
+    internal::forEachOwned(
+        *tile, options.with_appearance ? &appearance : nullptr,
+        0, [&](const PassedSegment& s) __attribute__((always_inline)) {
+          if (s.id.cell != cell) {
+            endCell();
+            cell = s.id.cell;
+            Assembly* const to = place[cell] < end ? assemblyOf(cell, id) : nullptr;
+            is_direct = to != nullptr && to->takesEach();
+            is_wanted = to != nullptr || (place[cell] != kNowhere && place[cell] >= end);
+            if (is_direct) filling = Assembly::Filling(*to);
+          }
+          if (is_direct)
+            filling.add(s);
+          else if (is_wanted)
+            segments.push_back(s);
+          return true;
+        });
+    endCell();
+  }
+
+  // Of an open cell that names the tile: as readCell(), which visits only these. nullptr: none.
+  Assembly* assemblyOf(std::uint32_t cell, TileId tile) const {
+    Assembly* const to = open[place[cell] - begin].get();
+    return to != nullptr && std::binary_search(to->tiles().begin(), to->tiles().end(), tile) ? to : nullptr;
   }
 
   void add(TileId tile, std::span<const PassedSegment> of_cell) {
-    // As readCell(), which visits only the tiles that the cell names.
-    if (Assembly* const to = open[place[of_cell.front().id.cell] - begin].get();
-        to != nullptr && std::binary_search(to->tiles().begin(), to->tiles().end(), tile))
-      to->add(tile, of_cell);
+    if (Assembly* const to = assemblyOf(of_cell.front().id.cell, tile); to != nullptr) to->add(tile, of_cell);
   }
 
   CellGraph next() {

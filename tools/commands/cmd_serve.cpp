@@ -43,7 +43,7 @@ namespace filiform::tools {
 namespace {
 
 struct ServeArguments {
-  std::vector<std::string> sets, origins, hosts, proxies;
+  std::vector<std::string> sets, origins, frame_origins, hosts, proxies;
   std::string listen = "127.0.0.1:7878", token_file, budget = "1GiB", log = "text", source_url, neuroglancer,
               session_budget = "256MiB", session_folder, catalogue, link_key, tokens, user_header;
   std::shared_ptr<const RemoteArguments> remote;
@@ -148,7 +148,8 @@ int runServe(const ServeArguments& a) {
   const std::string user_header = userHeader(a);
   const bool named = !a.token_file.empty() || !a.tokens.empty() || !user_header.empty() || a.no_token;
   const std::string own_token = named ? "" : randomText();
-  AccessRules rules{.people = peopleOf(a, own_token), .origins = a.origins, .hosts = a.hosts};
+  AccessRules rules{
+      .people = peopleOf(a, own_token), .origins = a.origins, .frame_origins = a.frame_origins, .hosts = a.hosts};
   rules.tell = [&log](const std::string& line) { log.problem(line); };
   if (!a.link_key.empty()) rules.link_key = readToken("--link-key", a.link_key);
   if (!a.neuroglancer.empty()) rules.origins.push_back(webOrigin(a.neuroglancer));
@@ -345,6 +346,11 @@ void addServe(CLI::App& app, Chosen& chosen) {
                    "make the links for Neuroglancer and CATMAID from the text in this file, so that servers share them")
       ->type_name("FILE");
   command->add_option("--origin", a->origins, "let the pages of this site ask; repeatable")
+      ->type_name("URL")
+      ->allow_extra_args(false);
+  command
+      ->add_option("--frame-origin", a->frame_origins,
+                   "let the pages of this site hold the server's pages in a frame, such as a notebook; repeatable")
       ->type_name("URL")
       ->allow_extra_args(false);
   command->add_option("--host", a->hosts, "accept requests to this name, such as that of a proxy; repeatable")

@@ -32,10 +32,14 @@ namespace {
 
 class PythonCell {
  public:
-  const std::vector<std::int64_t> ids;  // by rank, each once
-
-  explicit PythonCell(CellGraph graph) : ids(distinctIds(graph)), graph_(std::move(graph)) {}
+  explicit PythonCell(CellGraph graph) : graph_(std::move(graph)) {
+    if (!graph_.block_starts.empty()) shifted_ids_ = distinctIds(graph_);
+  }
   const CellGraph& graph() const { return graph_; }
+  // By rank, each once.
+  const std::vector<std::int64_t>& ids() const {
+    return graph_.block_starts.empty() ? graph_.sample_ids : shifted_ids_;
+  }
   // Made at the first call, with a copy of the graph: most cells are only read.
   const CellPaths& paths() const {
     const std::lock_guard lock(mutex_);
@@ -45,10 +49,10 @@ class PythonCell {
   std::string quotedName() const { return "'" + escaped(graph().name, 80) + "'"; }
 
   std::uint32_t rankOf(const char* name, std::int64_t id) const {
-    const auto found = std::find(ids.begin(), ids.end(), id);
-    if (found == ids.end())
+    const auto found = std::find(ids().begin(), ids().end(), id);
+    if (found == ids().end())
       throw py::key_error(std::string(name) + ": the cell " + quotedName() + " has no sample " + std::to_string(id));
-    return static_cast<std::uint32_t>(found - ids.begin());
+    return static_cast<std::uint32_t>(found - ids().begin());
   }
 
   // A sample id; a text as "soma"; an array, a point; or (segment, point): the place on it that is nearest to the
@@ -83,6 +87,7 @@ class PythonCell {
 
  private:
   CellGraph graph_;
+  std::vector<std::int64_t> shifted_ids_;  // only where a file restarts its ids
   mutable std::mutex mutex_;
   mutable std::unique_ptr<const CellPaths> paths_;
 };
@@ -137,13 +142,13 @@ py::array nodesOf(const PythonCell& cell) {
     for (std::uint32_t rank = 0; rank < graph.samples(); ++rank) {
       const Vector3d p_W = graph.position_W(rank);
       const std::uint32_t parent = graph.parents[rank];
-      rows[rank] = {cell.ids[rank],
+      rows[rank] = {cell.ids()[rank],
                     graph.types[rank],
                     p_W.x(),
                     p_W.y(),
                     p_W.z(),
                     static_cast<double>(graph.radii_um[rank]),
-                    parent == kNoParent ? -1 : cell.ids[parent]};
+                    parent == kNoParent ? -1 : cell.ids()[parent]};
     }
   }
   return sealed(std::move(array));
@@ -206,7 +211,7 @@ py::tuple pathOf(const PythonCell& cell, py::handle from_value, py::handle to_va
     const CellPath::Point& point = path->points[static_cast<std::size_t>(i)];
     std::copy_n(point.p_W.data(), 3, points.mutable_data(i));
     along.mutable_at(i) = point.along_um;
-    samples.mutable_at(i) = point.sample ? cell.ids[*point.sample] : -1;
+    samples.mutable_at(i) = point.sample ? cell.ids()[*point.sample] : -1;
   }
   return py::make_tuple(std::move(points), std::move(along), std::move(samples));
 }
@@ -227,7 +232,7 @@ py::array tipsFrom(const PythonCell& cell, py::handle from_value, py::handle mos
   std::vector<std::int64_t> ids;
   {
     const py::gil_scoped_release released;
-    for (const std::uint32_t rank : cell.paths().tips(from, most)) ids.push_back(cell.ids[rank]);
+    for (const std::uint32_t rank : cell.paths().tips(from, most)) ids.push_back(cell.ids()[rank]);
   }
   return py::array_t<std::int64_t>(static_cast<py::ssize_t>(ids.size()), ids.data());
 }
@@ -251,7 +256,7 @@ py::tuple snap(const PythonCell& cell, py::handle value) {
       std::size_t best = 0;
       for (std::size_t rank = 0; rank < samples.size(); ++rank)
         if (const double d2 = (samples[rank] - points.points[i]).squaredNorm(); d2 < best2) best2 = d2, best = rank;
-      id[i] = cell.ids[best];
+      id[i] = cell.ids()[best];
       distance[i] = std::sqrt(best2);
       check();
     }
@@ -284,7 +289,7 @@ void addCell(py::module_& module) {
       .def("nodes", &nodesOf)
       .def("vertices", &verticesOf)
       .def("ends", &endsOf)
-      .def("node_ids", [](py::object self) { return shared(self.cast<const PythonCell&>().ids, self); })
+      .def("node_ids", [](py::object self) { return shared(self.cast<const PythonCell&>().ids(), self); })
       .def("radius", [](py::object self) { return shared(self.cast<const PythonCell&>().graph().radii_um, self); })
       .def("types", [](py::object self) { return shared(self.cast<const PythonCell&>().graph().types, self); })
       .def("path", &pathOf)

@@ -13,6 +13,7 @@
 #include "tools/python/internal/bindings.h"
 #include "tools/python/internal/calls.h"
 #include "tools/python/internal/set_handle.h"
+#include "tools/synthetic/synthetic.h"
 #include "tools/words/filter_words.h"
 #include "tools/words/making/cell_export.h"
 #include "tools/words/making/circuit_text.h"
@@ -356,6 +357,25 @@ std::uint64_t exportOf(SetHandle& handle, const std::vector<std::uint32_t>& cell
   return samples;
 }
 
+std::uint64_t synth(const std::string& path, std::uint32_t cells, std::uint64_t seed, const std::string& kind,
+                    const py::dict& given) {
+  const Arguments a(given);
+  tools::SyntheticOptions options;
+  options.kind = kind;
+  options.cells = cells;
+  options.seed = seed;
+  std::atomic<bool> cancel{false};
+  tools::SyntheticSummary made;
+  runTold(cancel, a, [&](const Tell& tell) {
+    const auto progress = [&](std::uint64_t done, std::uint64_t total) {
+      if (cancel) throw Interrupted("interrupted");
+      tell({"synth", done, total});
+    };
+    made = tools::writeSynthetic(options, path, progress, &cancel);
+  });
+  return made.samples;
+}
+
 }  // namespace
 
 void addIngest(py::module_& module) {
@@ -368,6 +388,7 @@ void addIngest(py::module_& module) {
   module.def("compact", &compact);
   module.def("verify", &verifySet);
   module.def("export", &exportOf);
+  module.def("synth", &synth);
 }
 
 }  // namespace filiform::python

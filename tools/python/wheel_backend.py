@@ -32,7 +32,7 @@ FIELDS = dict(re.findall(r'^(\w[\w-]*) = "(.*)"$', PROJECT, re.M))
 NAME = f"filiform-{FIELDS['version']}"
 INFO = f"{NAME}.dist-info"
 # What the wheel is built from, and what describes it.
-SOURCES = ["CMakeLists.txt", "LICENSE", "README.md", "index", "device", "solver", "viewer", "tools/words", "tools/python",
+SOURCES = ["CMakeLists.txt", "LICENSE", "README.md", "index", "device", "solver", "viewer", "tools/words", "tools/synthetic", "tools/python",
            "tools/package", "tools/compiler_cache.cmake", "tools/public_headers.cmake"]
 atexit.register(shutil.rmtree, HERE / "__pycache__", True)  # pip reads this file from the tree
 

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 namespace filiform::internal {
@@ -29,7 +30,7 @@ void CellAssembly::fail(const std::string& why) const {
 
 // Makes room for the segments. Returns false if they need more room than there may be so far.
 bool CellAssembly::takes(std::span<const PassedSegment> segments) {
-  if (room_ == most()) return true;
+  if (takesEach()) return true;
   std::uint64_t end = 0;
   for (const PassedSegment& s : segments)
     end = std::max(
@@ -44,16 +45,19 @@ void CellAssembly::add(TileId tile, std::span<const PassedSegment> segments) {
     later_.push_back(tile);
     return;
   }
-  const PassedSegment* last = nullptr;
-  for (const PassedSegment& s : segments) {
-    place(s.child_sample, s.child);
-    if (last == nullptr || s.parent_sample != last->child_sample) place(s.parent_sample, s.parent);
-    last = &s;
-    link(s);
-    if (!with_appearance_) continue;
-    graph_.radii_um[s.child_sample] = s.radius_um;
-    graph_.types[s.child_sample] = s.type;
-  }
+  Filling filling(*this);
+  for (const PassedSegment& s : segments) filling.add(s);
+}
+
+void CellAssembly::failSample(std::uint32_t rank) const {
+  fail("sample " + std::to_string(rank) + (rank >= samples_ ? " does not exist" : " is in two places"));
+}
+
+void CellAssembly::failSegment(const PassedSegment& s) const {
+  const std::uint32_t segment = s.id.segment;
+  if (segment >= segments_ || (!has_loops_ && segment != s.child_sample))
+    fail("segment does not exist: " + std::to_string(segment));
+  fail("segment " + std::to_string(segment) + " has two owners");
 }
 
 const std::vector<TileId>& CellAssembly::endTiles() {
@@ -63,41 +67,25 @@ const std::vector<TileId>& CellAssembly::endTiles() {
   return later_;
 }
 
-void CellAssembly::place(std::uint32_t rank, const GridPoint& p) {
-  if (rank >= samples_) fail("sample " + std::to_string(rank) + " does not exist");
-  if (placed_[rank] && graph_.positions[rank] != p) fail("sample " + std::to_string(rank) + " is in two places");
-  placed_[rank] = 1;
-  graph_.positions[rank] = p;
-}
-
-void CellAssembly::link(const PassedSegment& s) {
-  const std::uint32_t segment = s.id.segment;
-  if (segment >= segments_ || (!has_loops_ && segment != s.child_sample))
-    fail("segment does not exist: " + std::to_string(segment));
-  if (linked_[segment]) fail("segment " + std::to_string(segment) + " has two owners");
-  linked_[segment] = 1;
-  if (has_loops_) {
-    graph_.links[segment] = {s.child_sample, s.parent_sample};
-  } else if (s.parent_sample != s.child_sample) {
-    graph_.parents[s.child_sample] = s.parent_sample;
-  }
-}
-
 CellGraph CellAssembly::finish() {
-  std::vector<std::uint8_t> is_root(placed_.size(), 0);
+  std::vector<std::uint8_t> is_root(samples_, 0);
   for (const CellDetail::Root& root : detail_.roots) {
     is_root[root.rank] = 1;
     if (!with_appearance_) continue;
     graph_.radii_um[root.rank] = root.radius_um;
     graph_.types[root.rank] = root.type;
   }
-  for (std::size_t i = 0; i < placed_.size(); ++i)
-    if (!placed_[i]) fail("sample " + std::to_string(i) + " is in no tile");
-  for (std::size_t i = 0; i < linked_.size(); ++i)
-    if (!linked_[i] && (has_loops_ || !is_root[i])) fail("segment " + std::to_string(i) + " has no owner");
-  if (has_loops_) graph_.parents = spanningForest(placed_.size(), graph_.links).parents;
-  for (std::size_t i = 0; !has_loops_ && i < placed_.size(); ++i)
-    if (graph_.parents[i] != kNoParent && is_root[i]) fail("root " + std::to_string(i) + " has a parent");
+  for (std::size_t i = 0; i < samples_; ++i)
+    if (graph_.positions[i][0] == kUnplaced) fail("sample " + std::to_string(i) + " is in no tile");
+  for (std::size_t i = 0; i < segments_; ++i)
+    if (has_loops_ ? graph_.links[i] == kUnlinked : graph_.parents[i] == i && !is_root[i])
+      fail("segment " + std::to_string(i) + " has no owner");
+  if (has_loops_) graph_.parents = spanningForest(samples_, graph_.links).parents;
+  for (std::size_t i = 0; !has_loops_ && i < samples_; ++i) {
+    if (!is_root[i]) continue;
+    if (graph_.parents[i] != kNoParent && graph_.parents[i] != i) fail("root " + std::to_string(i) + " has a parent");
+    graph_.parents[i] = kNoParent;
+  }
   graph_.header = std::move(detail_.header);
   if (with_appearance_ && !detail_.odd_radii.empty()) addOddRadii();
   graph_.somata = somata();
@@ -134,16 +122,15 @@ CellSomata CellAssembly::somata() const {
   return found;
 }
 
-std::uint64_t CellAssembly::most() const { return std::max(samples_, segments_); }
-
 void CellAssembly::makeRoom(std::uint64_t room) {
   room_ = std::min(std::max(room, room_), most());
   const std::uint64_t samples = std::min(room_, samples_), segments = std::min(room_, segments_);
-  placed_.resize(samples);
-  linked_.resize(segments);
-  graph_.positions.resize(samples, GridPoint::Zero());
-  graph_.parents.resize(samples, kNoParent);
-  if (has_loops_) graph_.links.resize(segments);
+  graph_.positions.resize(samples, GridPoint::Constant(kUnplaced));
+  const std::size_t before = graph_.parents.size();
+  graph_.parents.resize(samples);
+  std::iota(graph_.parents.begin() + static_cast<std::ptrdiff_t>(before), graph_.parents.end(),
+            static_cast<std::uint32_t>(before));
+  if (has_loops_) graph_.links.resize(segments, kUnlinked);
   if (!with_appearance_) return;
   graph_.radii_um.resize(samples, kUnknownRadius);
   graph_.types.resize(samples);

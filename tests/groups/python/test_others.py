@@ -59,14 +59,17 @@ def test_joblib_runs_and_remembers(s, random, tmp_path, backend):
 
 @pytest.fixture
 def page():
-    """A server whose page states the policy of `policy`."""
+    """A server whose page states the policy of `policy`, and threads if it is `isolated`."""
     class Handler(http.server.BaseHTTPRequestHandler):
         policy = "default-src 'self'; frame-ancestors 'none'"
+        isolated = False
 
         def do_HEAD(self):
             self.send_response(200)
             if self.policy:
                 self.send_header("Content-Security-Policy", self.policy)
+            if self.isolated:
+                self.send_header("Cross-Origin-Embedder-Policy", "require-corp")
             self.end_headers()
 
         def log_message(self, *_):
@@ -75,7 +78,7 @@ def page():
     server = http.server.HTTPServer(("127.0.0.1", 0), Handler)
     thread = threading.Thread(target=server.serve_forever)
     thread.start()
-    yield Handler, f"http://127.0.0.1:{server.server_port}/?set=column"
+    yield Handler, f"http://127.0.0.1:{server.server_port}/travel/column"
     server.shutdown()
     thread.join()
 
@@ -88,6 +91,10 @@ def test_a_view_is_a_frame_where_the_server_allows_it(s, page):
     assert view.frames and f'<iframe src="{address}"' in view._repr_html_() and 'height="300"' in view._repr_html_()
     handler.policy = ""
     assert view.frames
+    handler.isolated = True  # then the browser chooses
+    shown = view._repr_html_()
+    assert shown.startswith('<div id="filiform-') and f'<a href="{address}"' in shown
+    assert f'if (window.crossOriginIsolated) document.getElementById("{shown.split(chr(34))[1]}").innerHTML = "<iframe src=' in shown
     assert not s.view(page="http://127.0.0.1:9/").frames
 
 

@@ -1,14 +1,17 @@
 """Set: opening, closing, pickling, forked processes, damage, addresses, leaks."""
 
+import contextlib
 import gc
 import multiprocessing
 import os
 import pathlib
 import pickle
+import re
 import shutil
 import subprocess
 import sys
 import threading
+import urllib.request
 
 import numpy as np
 import pytest
@@ -219,19 +222,25 @@ def test_a_fork_uses_the_set_while_other_threads_do(s, random):
             thread.join()
 
 
-def test_a_set_at_an_address_answers_alike(s, column, random):
+@contextlib.contextmanager
+def served(path, *options):
+    """The address of a server with this set."""
     program = os.environ.get("FILIFORM_PROGRAM", "filiform")
-    server = subprocess.Popen([program, "serve", str(column), "--no-token", "--listen", "127.0.0.1:0"], stdout=subprocess.PIPE,
-                              stderr=subprocess.STDOUT, text=True)
+    server = subprocess.Popen([program, "serve", str(path), "--no-token", "--listen", "127.0.0.1:0", *options], stdout=subprocess.PIPE,
+                              stderr=subprocess.DEVNULL, text=True)
     try:
-        import re
-        address = None
-        for line in server.stdout:
-            if found := re.search(r"http://[0-9.]+:[0-9]+", line):
-                address = found[0]
-                break
-        assert address, "filiform serve tells no address"
-        points = points_about(s, random, 50)
+        found = next(filter(None, (re.search(r"http://[0-9.]+:[0-9]+", line) for line in server.stdout)), None)
+        assert found, "filiform serve tells no address"
+        yield found[0]
+    finally:
+        server.terminate()
+        server.wait()
+        server.stdout.close()
+
+
+def test_a_set_at_an_address_answers_alike(s, column, random):
+    points = points_about(s, random, 50)
+    with served(column) as address:
         with ff.open(address + "/v1/sets/column") as remote:
             np.testing.assert_array_equal(remote.nearest(points, k=2), s.nearest(points, k=2))
             assert remote.cells.names == s.cells.names
@@ -243,11 +252,49 @@ def test_a_set_at_an_address_answers_alike(s, column, random):
             assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
         with pytest.raises(OSError):
             ff.open(address + "/v1/sets/nothing")
-    finally:
-        server.terminate()
-        server.wait()
     with pytest.raises(ValueError):
         ff.open("http://")
+
+
+# The client reads tiles, so a service needs no route for these.
+ASKED = {
+    "box_counts": lambda s, lo, hi: s.box_counts(lo, hi, group_by="cell"),
+    "box_counts_once": lambda s, lo, hi: s.box_counts(lo, hi, once=True, type="axon"),
+    "sphere_counts": lambda s, lo, hi: s.sphere_counts((lo + hi) / 2, 100, group_by="cell"),
+    "density": lambda s, lo, hi: s.density(100).density,
+    "density_by_cell": lambda s, lo, hi: s.density(100, group_by="cell,type").rows,
+    "box_query": lambda s, lo, hi: s.box_query(lo, hi),
+    "ray": lambda s, lo, hi: s.ray(lo, hi - lo, radius=20),
+    "segments": lambda s, lo, hi: s.segments(box=(lo, hi)),
+    "levels": lambda s, lo, hi: s.levels(s.bounds, pixels=100).segments,
+    "measure": lambda s, lo, hi: s.measure(frame=False)["length_um"],
+    "contacts": lambda s, lo, hi: s.contacts(2, frame=False)["distance_um"],
+    "path": lambda s, lo, hi: s.cells.at(0).path("soma").points,
+}
+
+
+@pytest.fixture(scope="module")
+def remote(column):
+    with served(column) as address, ff.open(address + "/v1/sets/column") as opened:
+        yield opened
+
+
+@pytest.mark.parametrize("question", ASKED)
+def test_every_question_runs_on_a_set_at_an_address(s, remote, question):
+    lo, hi = s.bounds.mean(axis=0) - 150, s.bounds.mean(axis=0) + 150
+    here, there = (ASKED[question](opened, lo, hi) for opened in (s, remote))
+    assert np.size(here) > 0 and here is not None
+    np.testing.assert_equal(there, here)
+
+
+def test_a_view_of_a_set_at_an_address_names_the_page_for_travel(column):
+    for option, framed in ((), False), (("--frame-origin", "http://localhost:8888"), True):
+        with served(column, *option) as address, ff.open(address + "/v1/sets/column") as opened:
+            view = opened.view()
+            assert view.page == address + "/travel/column" and view.frames == framed
+            with urllib.request.urlopen(view.page) as answer:
+                assert answer.status == 200
+            assert ("crossOriginIsolated" in view._repr_html_()) == framed
 
 
 def memory():

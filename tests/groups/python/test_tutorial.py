@@ -18,12 +18,17 @@ def test_the_notebook_holds_no_outputs():
         assert not cell.get("outputs") and not cell.get("execution_count")
 
 
+def test_the_tutorial_counts_its_cells():
+    cells = json.loads((SOURCE / "tutorial.ipynb").read_text())["cells"]
+    stated = re.search(r"run the (\d+) cells", "".join(cells[0]["source"]))
+    assert int(stated[1]) == sum(cell["cell_type"] == "code" for cell in cells)
+
+
 def test_the_tutorial_runs_and_its_page_has_pictures(tmp_path):
     for module in ("nbconvert", "ipykernel", "matplotlib", "pandas", "networkx"):
         pytest.importorskip(module, reason=f"needs {module} (tools/setup --python)")
-    folder = str(pathlib.Path(os.environ.get("FILIFORM_PROGRAM", "filiform")).parent)
-    environment = {**os.environ, "PATH": folder + os.pathsep + os.environ["PATH"], "PYTHON": sys.executable}
-    done = subprocess.run([SOURCE / "make_page", tmp_path / "tutorial.html"], env=environment, capture_output=True, text=True)
+    done = subprocess.run([SOURCE / "make_page", tmp_path / "tutorial.html"], env={**os.environ, "PYTHON": sys.executable, "PATH": os.defpath},
+                          capture_output=True, text=True)
     assert done.returncode == 0, done.stderr[-4000:]
     page = (tmp_path / "tutorial.html").read_text()
     assert "Traceback" not in page and "Error" not in re.sub(r"<[^>]*>", "", page)[-2000:]

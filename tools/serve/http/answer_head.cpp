@@ -28,7 +28,7 @@ std::string answerHead(const Answer& answer, bool keep, std::int64_t time_s) {
   for (const auto& [name, value] : answer.headers) add(name, value);
   add("X-Content-Type-Options", "nosniff");
   add("Referrer-Policy", "no-referrer");
-  add("Cross-Origin-Resource-Policy", "same-origin");
+  if (answer.header("Cross-Origin-Resource-Policy").empty()) add("Cross-Origin-Resource-Policy", "same-origin");
   if (!keep) add("Connection", "close");
   return head += "\r\n";
 }

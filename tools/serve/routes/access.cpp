@@ -45,14 +45,15 @@ bool isOrigin(std::string_view text) {
   const std::size_t scheme = text.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789+.-");
   return !text.empty() && text[0] >= 'a' && text[0] <= 'z' && scheme != std::string_view::npos &&
          text.substr(scheme).starts_with("://") && text.size() > scheme + 3 &&
-         text.find_first_of("/?#@ ", scheme + 3) == std::string_view::npos;
+         text.find_first_of("/?#@,;'\" \t", scheme + 3) == std::string_view::npos;
 }
 
-// A request for a picture, a script and the like of a page of another site, to whom browsers send no Origin.
-bool isLoadedElsewhere(const Request& request) {
-  const std::string_view site = request.header("sec-fetch-site");
+// A request for a picture, a script and the like of a page of another site, to whom browsers send no Origin. `framed`:
+// that site may hold the answer in a frame.
+bool isLoadedElsewhere(const Request& request, bool framed) {
+  const std::string_view site = request.header("sec-fetch-site"), dest = request.header("sec-fetch-dest");
   const bool is_visit =
-      request.header("sec-fetch-mode") == "navigate" && request.header("sec-fetch-dest") == "document";
+      request.header("sec-fetch-mode") == "navigate" && (dest == "document" || (framed && dest == "iframe"));
   return !site.empty() && site != "same-origin" && site != "none" && !is_visit;
 }
 
@@ -66,11 +67,15 @@ Answer bearerProblem(const std::string& detail) {
 
 Access::Access(AccessRules rules)
     : rules_(std::move(rules)), people_(std::make_shared<const People>(rules_.people)), own_key_(randomText()) {
-  for (std::string& origin : rules_.origins) {
-    origin = lowerCase(origin);
-    if (!isOrigin(origin))
-      throw UsageError("--origin " + inShort(origin) + ": give SCHEME://HOST or SCHEME://HOST:PORT, without a path");
-  }
+  const auto check = [](const char* option, std::vector<std::string>& origins) {
+    for (std::string& origin : origins) {
+      origin = lowerCase(origin);
+      if (!isOrigin(origin))
+        throw UsageError(option + inShort(origin) + ": give SCHEME://HOST or SCHEME://HOST:PORT, without a path");
+    }
+  };
+  check("--origin ", rules_.origins);
+  check("--frame-origin ", rules_.frame_origins);
   for (std::string& host : rules_.hosts) host = lowerCase(host);
   makeDoors();
 }
@@ -160,7 +165,7 @@ bool Access::isListed(std::string_view origin) const {
   return std::find(rules_.origins.begin(), rules_.origins.end(), lowerCase(origin)) != rules_.origins.end();
 }
 
-std::optional<AccessRefusal> Access::refuseSite(const Request& request, Scope scope) const {
+std::optional<AccessRefusal> Access::refuseSite(const Request& request, Scope scope, bool is_page) const {
   const std::string_view authority = request.header("host");
   if (authority.empty()) return AccessRefusal{problem(400, "the request has no Host header")};
   const std::string host = hostOf(authority);
@@ -174,7 +179,7 @@ std::optional<AccessRefusal> Access::refuseSite(const Request& request, Scope sc
   if (!origin.empty() && !own && !isListed(origin))
     return AccessRefusal{
         problem(403, "pages of " + escaped(origin, 80) + " may not ask; start the server with --origin URL")};
-  if (scope != Scope::open && origin.empty() && isLoadedElsewhere(request))
+  if (scope != Scope::open && origin.empty() && isLoadedElsewhere(request, is_page && !rules_.frame_origins.empty()))
     return AccessRefusal{problem(403, "pages of other sites may not show this; open it in a window of its own")};
   return std::nullopt;
 }
@@ -202,10 +207,10 @@ std::optional<AccessRefusal> Access::findPerson(Request& request, const std::opt
                        Reason::no_token};
 }
 
-std::optional<AccessRefusal> Access::refuse(Request& request, Scope scope,
-                                            const std::optional<std::string>& page_token) {
+std::optional<AccessRefusal> Access::refuse(Request& request, Scope scope, const std::optional<std::string>& page_token,
+                                            bool is_page) {
   request.person = nullptr;
-  if (auto refused = refuseSite(request, scope)) return refused;
+  if (auto refused = refuseSite(request, scope, is_page)) return refused;
   // A browser sends no token before it asks for leave.
   if (request.method == "OPTIONS") return std::nullopt;
   if (request.capability) {
@@ -257,6 +262,15 @@ void Access::addCors(const Request& request, Answer& answer) const {
   answer.headers.emplace_back("Access-Control-Allow-Headers",
                               "Accept, Authorization, Content-Type, If-None-Match, Range");
   answer.headers.emplace_back("Access-Control-Max-Age", "600");
+}
+
+void Access::addPagePolicy(const std::string& policy, Answer& answer) const {
+  std::string holders;
+  for (const std::string& origin : rules_.frame_origins) holders += ' ' + origin;
+  answer.headers.emplace_back("Content-Security-Policy",
+                              policy + "; frame-ancestors" + (holders.empty() ? " 'none'" : holders));
+  // A page that is isolated holds only pages that say so.
+  if (!holders.empty()) answer.headers.emplace_back("Cross-Origin-Resource-Policy", "cross-origin");
 }
 
 }  // namespace filiform::tools

@@ -27,6 +27,7 @@ namespace filiform::tools {
 struct AccessRules {
   People people = {};
   std::vector<std::string> origins;                        // such as https://lab.example
+  std::vector<std::string> frame_origins = {};             // whose pages may hold the server's pages in a frame
   std::vector<std::string> hosts;                          // names under which clients reach the server
   std::string link_key = {};                               // makes capabilities; empty: they are random
   std::function<void(const std::string& line)> tell = {};  // gets a line about each client that tries tokens
@@ -45,9 +46,11 @@ class Access {
 
   // Why the request is refused (400, 401, 403, 421, 429), or nullopt: `request.person` is then who asks, except for
   // Scope::open and OPTIONS. A request with a capability needs this instead of a token. `page_token`: the parameter
-  // `token` of a page, which counts instead of all else. Takes a request from the person's quota.
+  // `token` of a page, which counts instead of all else. `is_page`: the answer has addPagePolicy(), so that it may come
+  // into a frame of another page. Takes a request from the person's quota.
   std::optional<AccessRefusal> refuse(Request& request, Scope scope,
-                                      const std::optional<std::string>& page_token = std::nullopt);
+                                      const std::optional<std::string>& page_token = std::nullopt,
+                                      bool is_page = false);
   // True if everybody may ask everything.
   bool isOpen() const;
   // Admits these people from now on, and keeps the capabilities of those that stay. Cookies and capabilities of others
@@ -65,6 +68,8 @@ class Access {
   void setLinkKey(const std::string& key);
   // Adds what a browser needs to hand the answer to a page of a listed origin.
   void addCors(const Request& request, Answer& answer) const;
+  // Adds the policy of a page, and which pages may hold it in a frame.
+  void addPagePolicy(const std::string& policy, Answer& answer) const;
 
  private:
   // What opens for a person beside a token.
@@ -74,7 +79,7 @@ class Access {
   };
   using Reason = AccessRefusal::Reason;
 
-  std::optional<AccessRefusal> refuseSite(const Request& request, Scope scope) const;
+  std::optional<AccessRefusal> refuseSite(const Request& request, Scope scope, bool is_page) const;
   std::optional<AccessRefusal> findPerson(Request& request, const std::optional<std::string>& page_token);
   AccessRefusal wrongToken(const Request& request);
   bool isListed(std::string_view origin) const;

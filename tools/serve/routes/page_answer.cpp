@@ -11,8 +11,7 @@ namespace filiform::tools {
 namespace {
 
 constexpr const char* kPolicy =
-    "default-src 'none'; style-src 'self'; script-src 'self'; img-src 'self'; base-uri 'none'; form-action 'none'; "
-    "frame-ancestors 'none'";
+    "default-src 'none'; style-src 'self'; script-src 'self'; img-src 'self'; base-uri 'none'; form-action 'none'";
 
 // What the page needs of the request and the server.
 struct PageContext {
@@ -176,7 +175,7 @@ Answer pageAnswer(const Call& call) {
             htmlText(call.service.source_url) + "</a>\n";
   html += "</body></html>\n";
   Answer answer{.type = "text/html; charset=utf-8", .body = std::move(html)};
-  answer.headers.emplace_back("Content-Security-Policy", kPolicy);
+  call.service.access.addPagePolicy(kPolicy, answer);
   return answer;
 }
 

@@ -4,7 +4,6 @@
 #include "tools/serve/routes/gzip.h"
 #include "tools/serve/sets/limits.h"
 
-#include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <new>
@@ -158,12 +157,10 @@ std::optional<Routed> Routes::refuse(Request& head) const {
     if (head.target.size() > limits::kTargetBytes) throw Refusal(400, "the URL is longer than 8 KiB");
     const Found found = find(head);
     if (found.same_path != nullptr) path = found.same_path->path;
-    const bool takes_token = found.route != nullptr &&
-                             std::any_of(found.route->parameters.begin(), found.route->parameters.end(),
-                                         [](const RouteParameter& p) { return std::string_view(p.name) == "token"; });
+    const bool is_page = found.route != nullptr && std::string_view(found.route->type) == "text/html";
     // Before the set is looked for, so that names of sets cannot be tried without a token.
     if (auto refusal = service_.access.refuse(head, found.route != nullptr ? found.route->scope : Scope::read,
-                                              takes_token ? head.parameter("token") : std::nullopt)) {
+                                              is_page ? head.parameter("token") : std::nullopt, is_page)) {
       count(refusal->reason);
       return finished(head, std::move(refusal->answer), path);
     }

@@ -15,7 +15,7 @@ namespace {
 constexpr const char* kTravelPolicy =
     "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; worker-src 'self'; connect-src 'self'; style-src "
     "'self'; "
-    "img-src 'self' blob:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+    "img-src 'self' blob:; base-uri 'none'; form-action 'none'";
 
 // Browsers give threads only to pages that are isolated from others in this way.
 void isolate(Answer& answer) {
@@ -73,7 +73,7 @@ Answer travelAnswer(const Call& call) {
     file("<script src=\"", "travel.js", "\"></script></body></html>\n");
   }
   answer.body = std::move(html);
-  answer.headers.emplace_back("Content-Security-Policy", kTravelPolicy);
+  call.service.access.addPagePolicy(kTravelPolicy, answer);
   isolate(answer);
   return answer;
 }

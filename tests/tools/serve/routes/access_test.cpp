@@ -226,5 +226,32 @@ TEST(Access, PagesOfOtherSitesLoadNothing) {
   EXPECT_EQ(sets.get("/page.css", {{"sec-fetch-site", "cross-site"}}).status, 200u);
 }
 
+TEST(Access, OnlyPagesComeIntoFramesOfListedOrigins) {
+  const std::map<std::string, std::string> frame{
+      {"sec-fetch-site", "cross-site"}, {"sec-fetch-mode", "navigate"}, {"sec-fetch-dest", "iframe"}};
+  const test::ServedSets alone;
+  const test::ServedSets held(
+      {.people = {}, .origins = {}, .frame_origins = {"http://LocalHost:8888", "https://*.lab.example"}, .hosts = {}});
+  for (const char* page : {"/", "/travel/fork"}) {
+    EXPECT_EQ(alone.get(page, frame).status, 403u) << page;
+    EXPECT_TRUE(alone.get(page).header("Content-Security-Policy").ends_with("; frame-ancestors 'none'")) << page;
+    EXPECT_EQ(alone.get(page).header("Cross-Origin-Resource-Policy"), "") << page;
+    const Answer answer = held.get(page, frame);
+    EXPECT_EQ(answer.status, 200u) << page;
+    EXPECT_TRUE(answer.header("Content-Security-Policy")
+                    .ends_with("; frame-ancestors http://localhost:8888 https://*.lab.example"))
+        << answer.header("Content-Security-Policy");
+    EXPECT_EQ(answer.header("Cross-Origin-Resource-Policy"), "cross-origin");
+  }
+  EXPECT_EQ(held.get("/v1/sets", frame).status, 403u) << "no page";
+  std::map<std::string, std::string> script = frame;
+  script["sec-fetch-mode"] = "no-cors";
+  script["sec-fetch-dest"] = "script";
+  EXPECT_EQ(held.get("/", script).status, 403u);
+  for (const char* wrong :
+       {"localhost:8888", "http://a/b", "http://a; script-src *", "http://a,http://b", "'self'", ""})
+    EXPECT_THROW(Access({.people = {}, .origins = {}, .frame_origins = {wrong}, .hosts = {}}), UsageError) << wrong;
+}
+
 }  // namespace
 }  // namespace filiform::tools

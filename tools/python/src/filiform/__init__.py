@@ -14,7 +14,7 @@ OSError for a file or server that cannot be read, CorruptSet for damaged files. 
 from ._core import CorruptSet, version as __version__
 from .cell import Cell
 from .cells import CellList, Cells
-from .making import CheckedInput, CheckReport, IngestReport, Record, Records, VerifyReport, check, compact, ingest, remove, verify
+from .making import CheckedInput, CheckReport, IngestReport, Record, Records, VerifyReport, check, compact, ingest, remove, synth, verify
 from .navigation import Navigation
 from .pictures import render
 from .results import CellPath, Density, GroupedDensity, LevelSegments
@@ -48,5 +48,6 @@ __all__ = [
     "open",
     "remove",
     "render",
+    "synth",
     "verify",
 ]

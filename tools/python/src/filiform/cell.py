@@ -5,17 +5,22 @@ from __future__ import annotations
 import operator
 import os
 from functools import cached_property
-from typing import Any, Union
+from typing import TYPE_CHECKING, Any, Sequence, Union, overload
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _core
+from .arrays import Floats, Ids, Picture, Radii, Ranks, Rows, Types
 from .pictures import notebook_png, render
 from .results import CellPath
 from .scene import Owner
 
-Array = npt.NDArray[Any]
+if TYPE_CHECKING:
+    import navis
+    import networkx
+    import pandas
+
 _PLACE = "a sample id, 'soma', a point or one row of Set.nearest"
 
 
@@ -31,8 +36,8 @@ class Cell:
         self._record  # raises for an unknown index
 
     @cached_property
-    def _record(self) -> tuple[bytes, bytes, int, int, int, int, Array | None]:
-        record: tuple[bytes, bytes, int, int, int, int, Array | None] | None = self.set._handle.cell_record(self.index)
+    def _record(self) -> tuple[bytes, bytes, int, int, int, int, Floats | None]:
+        record: tuple[bytes, bytes, int, int, int, int, Floats | None] | None = self.set._handle.cell_record(self.index)
         if record is None:
             raise KeyError(f"no cell with index {self.index} in {self.set.path}")
         return record
@@ -92,7 +97,7 @@ class Cell:
         return self._record[5]
 
     @property
-    def bounds(self) -> Array:
+    def bounds(self) -> Floats:
         """Lowest and highest corner, shape (2, 3), um.
 
         >>> c.bounds
@@ -119,7 +124,7 @@ class Cell:
     # -- arrays
 
     @cached_property
-    def nodes(self) -> Array:
+    def nodes(self) -> Rows:
         """The samples in the order of the file, with the columns of navis.
 
         A structured array (N,): ``node_id`` int64, ``label`` int32 (the SWC type), ``x y z radius`` float64 um,
@@ -132,7 +137,7 @@ class Cell:
         return self._data.nodes()
 
     @cached_property
-    def node_ids(self) -> Array:
+    def node_ids(self) -> Ids:
         """(N,), int64. The ids of the file; where a file restarts its ids, later ones are shifted.
 
         >>> c.node_ids
@@ -141,7 +146,7 @@ class Cell:
         return self._data.node_ids()
 
     @cached_property
-    def vertices(self) -> Array:
+    def vertices(self) -> Floats:
         """(N, 3), float64 um, as CloudVolume's Skeleton has them.
 
         >>> c.vertices[-1]
@@ -150,7 +155,7 @@ class Cell:
         return self._data.vertices()
 
     @cached_property
-    def ends(self) -> Array:
+    def ends(self) -> Ranks:
         """(S, 2), uint32: the ends of each segment by its number, as rows of `nodes`: away from the root, and towards it.
 
         The ``segment`` of a result is the row here, in every cell: ``c.types[c.ends[hits["segment"], 0]]``. The two ends
@@ -164,18 +169,18 @@ class Cell:
         return self._data.ends()
 
     @cached_property
-    def edges(self) -> Array:
+    def edges(self) -> Ranks:
         """(E, 2), uint32: the rows of `ends` whose two ends differ, as CloudVolume's Skeleton has them.
 
         >>> c.edges.tolist()
         [[1, 0], [2, 1], [3, 1], [4, 0]]
         """
-        edges: Array = self.ends[self.ends[:, 0] != self.ends[:, 1]]
+        edges: Ranks = self.ends[self.ends[:, 0] != self.ends[:, 1]]
         edges.flags.writeable = False
         return edges
 
     @cached_property
-    def radius(self) -> Array:
+    def radius(self) -> Radii:
         """(N,), float32 um; nan where unknown.
 
         >>> c.radius
@@ -184,7 +189,7 @@ class Cell:
         return self._data.radius()
 
     @cached_property
-    def types(self) -> Array:
+    def types(self) -> Types:
         """(N,), uint16: the SWC types.
 
         >>> c.types
@@ -216,7 +221,7 @@ class Cell:
         """
         return CellPath(*self._data.path(self._place("start", start), None if end is None else self._place("end", end)))
 
-    def distances(self, start: Any) -> Array:
+    def distances(self, start: Any) -> Floats:
         """The length of the path from a place to each sample: (N,), float64 um; inf on other trees.
 
         >>> c.distances(1).round(1)
@@ -224,7 +229,7 @@ class Cell:
         """
         return self._data.lengths_from(self._place("start", start))
 
-    def tips(self, start: Any, most: int | None = None) -> Array:
+    def tips(self, start: Any, most: int | None = None) -> Ids:
         """Sample ids of the tips that a path reaches, nearest along it first: int64.
 
         >>> c.tips("soma")
@@ -232,7 +237,13 @@ class Cell:
         """
         return self._data.tips(self._place("start", start), most)
 
-    def snap(self, locs: npt.ArrayLike) -> tuple[Any, Any]:
+    @overload  # type: ignore
+    def snap(self, locs: Sequence[float]) -> tuple[np.int64, np.float64]: ...
+
+    @overload
+    def snap(self, locs: npt.ArrayLike) -> tuple[Ids, Floats]: ...
+
+    def snap(self, locs: npt.ArrayLike) -> tuple[Union[Ids, np.int64], Union[Floats, np.float64]]:
         """The nearest samples, as ``navis.TreeNeuron.snap`` finds them: ids (int64) and distances (um).
 
         locs has the shape (3,) or (N, 3). Compares all samples with all points.
@@ -261,7 +272,7 @@ class Cell:
 
     # -- for other libraries
 
-    def to_networkx(self) -> Any:
+    def to_networkx(self) -> "networkx.DiGraph":
         """A ``networkx.DiGraph`` from child to parent, as navis makes it.
 
         Nodes are sample ids with ``x y z radius label``; edges have ``weight``, their length in um. Needs networkx.
@@ -285,7 +296,7 @@ class Cell:
         graph.add_weighted_edges_from(zip(children, parents, lengths))
         return graph
 
-    def to_dataframe(self) -> Any:
+    def to_dataframe(self) -> "pandas.DataFrame":
         """`nodes` as a pandas DataFrame. ``label`` is categorical, as in navis. Needs pandas.
 
         >>> c.to_dataframe()["node_id"].tolist()
@@ -297,7 +308,7 @@ class Cell:
         frame["label"] = frame["label"].astype("category")
         return frame
 
-    def to_navis(self) -> Any:
+    def to_navis(self) -> "navis.TreeNeuron":
         """A ``navis.TreeNeuron`` (``Skeleton`` in navis 2). Needs navis.
 
         >>> c.to_navis()  # doctest: +SKIP
@@ -322,7 +333,7 @@ class Cell:
         self._data.write_swc(os.fsencode(path))
         return None
 
-    def render(self, **options: Any) -> Array:
+    def render(self, **options: Any) -> Picture:
         """`filiform.render` of this cell.
 
         >>> c.render(size=(64, 48)).shape
@@ -348,7 +359,7 @@ class Cell:
     def _repr_png_(self) -> bytes | None:
         return notebook_png(self)
 
-    def _scene(self) -> tuple[Owner, int | None, Array | None]:
+    def _scene(self) -> tuple[Owner, int | None, Floats | None]:
         return self.set, self.index, self.bounds
 
 

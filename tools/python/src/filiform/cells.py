@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import operator
-from typing import Any, Iterator, Mapping, Union
+from typing import TYPE_CHECKING, Any, Iterator, Mapping
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _core
+from .arrays import Floats, Radii, Ranks, Rows, Types
 from .cell import Cell
 from .html import cell_table
 from .scene import Owner
+
+if TYPE_CHECKING:
+    import navis
+    import pandas
 
 NO_CELL = 2**32 - 1  #: the index in rows of `Set.nearest` without a segment
 
@@ -45,7 +50,7 @@ class CellList(list[Cell]):
         return self
 
     @property
-    def nodes(self) -> list[npt.NDArray[Any]]:
+    def nodes(self) -> list[Rows]:
         """`Cell.nodes` of each cell; reads the cells as `load` does.
 
         >>> [len(nodes) for nodes in s.cells.find("*").nodes]
@@ -54,7 +59,7 @@ class CellList(list[Cell]):
         return [cell.nodes for cell in self.load()]
 
     @property
-    def vertices(self) -> list[npt.NDArray[Any]]:
+    def vertices(self) -> list[Floats]:
         """`Cell.vertices` of each cell; reads the cells as `load` does.
 
         >>> np.concatenate(s.cells.find("*").vertices).shape
@@ -63,7 +68,7 @@ class CellList(list[Cell]):
         return [cell.vertices for cell in self.load()]
 
     @property
-    def radius(self) -> list[npt.NDArray[Any]]:
+    def radius(self) -> list[Radii]:
         """`Cell.radius` of each cell; reads the cells as `load` does.
 
         >>> [float(radius.max()) for radius in s.cells.find("*").radius]
@@ -72,7 +77,7 @@ class CellList(list[Cell]):
         return [cell.radius for cell in self.load()]
 
     @property
-    def types(self) -> list[npt.NDArray[Any]]:
+    def types(self) -> list[Types]:
         """`Cell.types` of each cell; reads the cells as `load` does.
 
         >>> s.cells.find("L4*").types
@@ -81,7 +86,7 @@ class CellList(list[Cell]):
         return [cell.types for cell in self.load()]
 
     @property
-    def ends(self) -> list[npt.NDArray[Any]]:
+    def ends(self) -> list[Ranks]:
         """`Cell.ends` of each cell; reads the cells as `load` does.
 
         >>> s.cells.find("L4*").ends[0].tolist()
@@ -90,7 +95,7 @@ class CellList(list[Cell]):
         return [cell.ends for cell in self.load()]
 
     @property
-    def edges(self) -> list[npt.NDArray[Any]]:
+    def edges(self) -> list[Ranks]:
         """`Cell.edges` of each cell; reads the cells as `load` does.
 
         >>> s.cells.find("L4*").edges[0].tolist()
@@ -98,7 +103,7 @@ class CellList(list[Cell]):
         """
         return [cell.edges for cell in self.load()]
 
-    def to_dataframe(self) -> Any:
+    def to_dataframe(self) -> "pandas.DataFrame":
         """A pandas DataFrame, one row a cell: ``index name source samples segments roots loops``. Needs pandas.
 
         >>> s.cells.find("*").to_dataframe()["name"].tolist()
@@ -109,7 +114,7 @@ class CellList(list[Cell]):
         columns = ["index", "name", "source", "samples", "segments", "roots", "loops"]
         return pandas.DataFrame([[getattr(cell, c) for c in columns] for cell in self], columns=columns)
 
-    def to_navis(self) -> Any:
+    def to_navis(self) -> "navis.NeuronList":
         """A navis NeuronList. Needs navis.
 
         >>> s.cells.find("L5*").to_navis()  # doctest: +SKIP
@@ -225,7 +230,7 @@ class Cells(Mapping[str, Cell]):
         """
         return CellList(self.at(i) for i in np.unique(np.asarray(indices)).tolist() if i != NO_CELL)
 
-    def to_dataframe(self) -> Any:
+    def to_dataframe(self) -> "pandas.DataFrame":
         """A pandas DataFrame, one row a cell. Needs pandas.
 
         >>> s.cells.to_dataframe()["samples"].sum()

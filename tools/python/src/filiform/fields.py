@@ -5,11 +5,10 @@ from __future__ import annotations
 from typing import Any, Iterable, Sequence, Union
 
 import numpy as np
-import numpy.typing as npt
 
 from . import _core
+from .arrays import Array
 
-Array = npt.NDArray[Any]
 Fields = Union[str, Sequence[str], None]
 _ENDS = ("x0", "y0", "z0", "x1", "y1", "z1")
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import math
+import operator
 import os
 import tempfile
 from typing import TYPE_CHECKING, Any, Callable, Iterable, Iterator, Mapping, NamedTuple, Sequence, Union
@@ -339,6 +340,23 @@ def verify(
     options = {**_remote(token, cache, "4GiB", 32), "progress": _callable(progress)}
     tiles, size, count, problems = _core.verify(os.fsencode(path), deep, sha256, options)
     return VerifyReport(tiles, size, [_decoded(problem) for problem in problems], count)
+
+
+def synth(path: Path, cells: int = 200, *, seed: int = 1, kind: str = "column", progress: Progress = None) -> int:
+    """Write synthetic neurons of a cortical column as an archive of SWC files, to try things with; return the number of samples.
+
+    The same seed gives the same bytes. kind : ``"column"``, or another of ``filiform synth --kind``. A file is replaced
+    when all is written. Raises ValueError, OSError.
+
+    >>> ff.synth("column.zip", cells=2)
+    8214
+    """
+    count = operator.index(cells)
+    if not 0 < count < 2**32:
+        raise ValueError(f"cells: must be 1 or more, and less than 2**32, got {cells}")
+    if not 0 <= operator.index(seed) < 2**64:
+        raise ValueError(f"seed: must be 0 or more, and less than 2**64, got {seed}")
+    return _core.synth(os.fsencode(path), count, operator.index(seed), kind, {"progress": _callable(progress)})
 
 
 def _given(**options: tuple[Any, Any]) -> dict[str, Any]:

@@ -5,15 +5,14 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[Any]
+from .arrays import Floats, Rows
 
 
 class Navigation:
     """What `Set.navigate` returns: one row a tick, and a summary."""
 
-    def __init__(self, ticks: Array, summary: dict[str, Any]) -> None:
+    def __init__(self, ticks: Rows, summary: dict[str, Any]) -> None:
         summary["cell"] = summary["cell"].decode("utf-8", "surrogateescape")
         self.ticks = ticks  #: structured array (T,): time hand proxy force cell segment visited frontier
         self.summary = summary  #: totals, as ``filiform navigate --json`` names them
@@ -28,7 +27,7 @@ class Navigation:
         return str(self.summary["outcome"])
 
     @property
-    def time(self) -> Array:
+    def time(self) -> Floats:
         """(T,), s.
 
         >>> s.navigate("L5_1", seconds=0.1).time[-1].round(3)
@@ -37,7 +36,7 @@ class Navigation:
         return self.ticks["time"]
 
     @property
-    def hand(self) -> Array:
+    def hand(self) -> Floats:
         """(T, 3), um: where the hand is in the tissue.
 
         >>> s.navigate("L5_1", seconds=0.1).hand.shape
@@ -46,7 +45,7 @@ class Navigation:
         return self.ticks["hand"]
 
     @property
-    def proxy(self) -> Array:
+    def proxy(self) -> Floats:
         """(T, 3), um: where the proxy is on the neurites.
 
         >>> s.navigate("L5_1", seconds=0.1).proxy.shape
@@ -55,7 +54,7 @@ class Navigation:
         return self.ticks["proxy"]
 
     @property
-    def force(self) -> Array:
+    def force(self) -> Floats:
         """(T, 3), N, in the device's frame: what the hand feels.
 
         >>> bool((np.linalg.norm(s.navigate("L5_1", seconds=0.1).force, axis=1) <= 8).all())

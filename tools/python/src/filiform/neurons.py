@@ -7,9 +7,9 @@ import os
 from typing import Any, Iterator, Mapping
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[Any]
+from .arrays import Array
+
 _KINDS = (
     "an array (N, 7) with the columns of SWC, a structured array or DataFrame with node_id parent_id x y z and perhaps "
     "radius and label, a neuron of navis, a skeleton with vertices and edges, or a graph of networkx"

@@ -7,6 +7,7 @@ from typing import Any, Sequence, Union
 import numpy as np
 import numpy.typing as npt
 
+from .arrays import Picture
 from .png import encode
 from .scene import Scene
 
@@ -28,7 +29,7 @@ def render(
     colour_by: str = "cell",
     orthographic: bool = False,
     segments: int = 2_000_000,
-) -> npt.NDArray[np.uint8]:
+) -> Picture:
     """Draw a set, or one cell of it highlighted among the others.
 
     Parameters

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[Any]
+from .arrays import Floats, Ids, Rows
 
 
 class CellPath(NamedTuple):
     """The shortest path between two places of a cell, of `Cell.path`."""
 
-    points: Array  #: (N, 3), um: the first place, each sample on the way, the last place
-    along: Array  #: (N,), um from the first place
-    samples: Array  #: (N,), int64 sample ids; -1 for a place between two samples
+    points: Floats  #: (N, 3), um: the first place, each sample on the way, the last place
+    along: Floats  #: (N,), um from the first place
+    samples: Ids  #: (N,), int64 sample ids; -1 for a place between two samples
 
     @property
     def length(self) -> float:
@@ -42,7 +41,7 @@ class CellPath(NamedTuple):
 class LevelSegments(NamedTuple):
     """The segments that draw a box, of `Set.levels`."""
 
-    segments: Array  #: fields x0 y0 z0 x1 y1 z1 radius type cell; float64 um, float32 um, uint16, uint32
+    segments: Rows  #: fields x0 y0 z0 x1 y1 z1 radius type cell; float64 um, float32 um, uint16, uint32
     error: float  #: um: no neurite of the set is farther from its drawn form
     hidden: int  #: segments of the set that are left out, because others cover their pixels
     limited: bool  #: True: coarser than one pixel, because of the limit on segments
@@ -55,8 +54,8 @@ class LevelSegments(NamedTuple):
 class Density(NamedTuple):
     """The length of neurite in each box of a grid, of `Set.density`."""
 
-    density: Array  #: (boxes along x, y, z): um of neurite per um3
-    origin: Array  #: (3,), um: the lowest corner of the first box
+    density: Floats  #: (boxes along x, y, z): um of neurite per um3
+    origin: Floats  #: (3,), um: the lowest corner of the first box
     step: float  #: um: the edge of the boxes
 
     def __repr__(self) -> str:
@@ -70,8 +69,8 @@ class GroupedDensity(NamedTuple):
 
     #: one row for each box, cell and type with neurite: ``x y z`` uint32, the box along each axis; ``cell`` uint32;
     #: ``type`` int32; ``length`` float64, um. ``cell`` and ``type`` are 0 where they are not asked for.
-    rows: Array
-    origin: Array  #: (3,), um: the lowest corner of the first box
+    rows: Rows
+    origin: Floats  #: (3,), um: the lowest corner of the first box
     step: float  #: um: the edge of the boxes
     shape: tuple[int, int, int]  #: boxes along x, y, z
 

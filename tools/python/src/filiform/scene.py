@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from typing import Any, Callable, Protocol, Union
 
-import numpy as np
-import numpy.typing as npt
-
 from . import _core
+from .arrays import Floats
 
 Progress = Union[Callable[[str, int, int], Any], None]
 
@@ -35,6 +33,6 @@ class Owner(Protocol):
 class Scene(Protocol):
     """A set, or one cell of it."""
 
-    def _scene(self) -> tuple[Owner, int | None, npt.NDArray[np.float64] | None]:
+    def _scene(self) -> tuple[Owner, int | None, Floats | None]:
         """The set, and of a cell its index and its bounds."""
         ...

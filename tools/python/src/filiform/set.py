@@ -9,13 +9,14 @@ import json
 import operator
 import os
 from types import TracebackType
-from typing import Any, Iterable, Iterator, Literal, Sequence, Union, overload
+from typing import TYPE_CHECKING, Any, Iterable, Iterator, Literal, Sequence, Union, overload
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _core
 from . import fields as _fields
+from .arrays import Array, Floats, Picture, Rows
 from .cells import NO_CELL, CellList, Cells
 from .fields import Fields
 from .navigation import Navigation
@@ -24,7 +25,10 @@ from .results import Density, GroupedDensity, LevelSegments
 from .view import View
 from .scene import Owner, Progress
 
-Array = npt.NDArray[Any]
+if TYPE_CHECKING:
+    import pandas
+
+Words = Union[str, Sequence[str], None]
 
 
 def open(
@@ -132,7 +136,7 @@ class Set:
         return "1 micrometer"
 
     @property
-    def bounds(self) -> Array:
+    def bounds(self) -> Floats:
         """Lowest and highest corner of all samples: shape (2, 3), um; NaN for a set without samples.
 
         >>> s.bounds
@@ -241,7 +245,7 @@ class Set:
             [] if where is None else [where] if isinstance(where, str) else list(where),
         )
 
-    def _scene(self) -> tuple[Owner, int | None, Array | None]:
+    def _scene(self) -> tuple[Owner, int | None, Floats | None]:
         return self, None, None
 
     # -- attributes of cells
@@ -325,13 +329,31 @@ class Set:
             mask &= met
         return self.cells.where(np.flatnonzero(mask))
 
+    @overload
+    def measure(
+        self, cells: Any = None, *, frame: Literal[False], per: str = "cell", features: Words = None, type: Words = None,
+        sholl: float | None = None, workers: int = -1,
+    ) -> dict[str, Array]: ...
+
+    @overload
+    def measure(
+        self, cells: Any = None, *, frame: Literal[True], per: str = "cell", features: Words = None, type: Words = None,
+        sholl: float | None = None, workers: int = -1,
+    ) -> "pandas.DataFrame": ...
+
+    @overload
+    def measure(
+        self, cells: Any = None, *, frame: bool | None = None, per: str = "cell", features: Words = None, type: Words = None,
+        sholl: float | None = None, workers: int = -1,
+    ) -> Any: ...
+
     def measure(
         self,
         cells: Any = None,
         *,
         per: str = "cell",
-        features: Union[str, Sequence[str], None] = None,
-        type: Union[str, Sequence[str], None] = None,
+        features: Words = None,
+        type: Words = None,
         sholl: float | None = None,
         workers: int = -1,
         frame: bool | None = None,
@@ -367,13 +389,31 @@ class Set:
         }
         return _framed(columns, frame)
 
+    @overload
+    def contacts(
+        self, within: float, *, frame: Literal[False], from_: Any = None, to: Any = None, types: Words = None, surface: bool = False,
+        workers: int = -1,
+    ) -> dict[str, Array]: ...
+
+    @overload
+    def contacts(
+        self, within: float, *, frame: Literal[True], from_: Any = None, to: Any = None, types: Words = None, surface: bool = False,
+        workers: int = -1,
+    ) -> "pandas.DataFrame": ...
+
+    @overload
+    def contacts(
+        self, within: float, *, frame: bool | None = None, from_: Any = None, to: Any = None, types: Words = None, surface: bool = False,
+        workers: int = -1,
+    ) -> Any: ...
+
     def contacts(
         self,
         within: float,
         *,
         from_: Any = None,
         to: Any = None,
-        types: Union[str, Sequence[str], None] = None,
+        types: Words = None,
         surface: bool = False,
         workers: int = -1,
         frame: bool | None = None,
@@ -418,13 +458,13 @@ class Set:
 
     @overload
     def density(
-        self, step: float, *, cells: Any = None, type: Union[str, Sequence[str], None] = None, group_by: None = None,
+        self, step: float, *, cells: Any = None, type: Words = None, group_by: None = None,
         workers: int = -1,
     ) -> Density: ...
 
     @overload
     def density(
-        self, step: float, *, cells: Any = None, type: Union[str, Sequence[str], None] = None,
+        self, step: float, *, cells: Any = None, type: Words = None,
         group_by: Union[str, Sequence[str]], workers: int = -1,
     ) -> GroupedDensity: ...
 
@@ -433,8 +473,8 @@ class Set:
         step: float,
         *,
         cells: Any = None,
-        type: Union[str, Sequence[str], None] = None,
-        group_by: Union[str, Sequence[str], None] = None,
+        type: Words = None,
+        group_by: Words = None,
         workers: int = -1,
     ) -> Union[Density, GroupedDensity]:
         """The length of neurite in each box of a grid.
@@ -475,13 +515,13 @@ class Set:
 
     @overload
     def segments(
-        self, fields: Fields = None, *, box: Any = None, cells: Any = None, type: Union[str, Sequence[str], None] = None,
+        self, fields: Fields = None, *, box: Any = None, cells: Any = None, type: Words = None,
         chunks: None = None, workers: int = 1,
     ) -> Array: ...
 
     @overload
     def segments(
-        self, fields: Fields = None, *, box: Any = None, cells: Any = None, type: Union[str, Sequence[str], None] = None,
+        self, fields: Fields = None, *, box: Any = None, cells: Any = None, type: Words = None,
         chunks: int, workers: int = 1,
     ) -> Iterator[Array]: ...
 
@@ -491,7 +531,7 @@ class Set:
         *,
         box: Any = None,
         cells: Any = None,
-        type: Union[str, Sequence[str], None] = None,
+        type: Words = None,
         chunks: int | None = None,
         workers: int = 1,
     ) -> Union[Array, Iterator[Array]]:
@@ -547,6 +587,20 @@ class Set:
 
     # -- questions
 
+    @overload  # type: ignore
+    def nearest(
+        self, points: Sequence[float], k: Literal[1] = 1, eps: float = 0.0, distance_upper_bound: float = np.inf, workers: int = 1, *,
+        approximate: bool = False, cell: Any = None, not_cell: Any = None, type: Words = None, where: Words = None, own: bool = True,
+        of_cells: bool = False,
+    ) -> np.void: ...
+
+    @overload
+    def nearest(
+        self, points: npt.ArrayLike, k: Union[int, Sequence[int]] = 1, eps: float = 0.0, distance_upper_bound: float = np.inf,
+        workers: int = 1, *, approximate: bool = False, cell: Any = None, not_cell: Any = None, type: Words = None, where: Words = None, own: bool = True,
+        of_cells: bool = False,
+    ) -> Rows: ...
+
     def nearest(
         self,
         points: npt.ArrayLike,
@@ -558,11 +612,11 @@ class Set:
         approximate: bool = False,
         cell: Any = None,
         not_cell: Any = None,
-        type: Union[str, Sequence[str], None] = None,
-        where: Union[str, Sequence[str], None] = None,
+        type: Words = None,
+        where: Words = None,
         own: bool = True,
         of_cells: bool = False,
-    ) -> Any:
+    ) -> Union[Rows, np.void]:
         """Find the nearest segments, exactly. Names and meanings are those of ``scipy.spatial.cKDTree.query``.
 
         Parameters
@@ -586,7 +640,7 @@ class Set:
         Returns
         -------
         A structured array of shape points.shape[:-1], with an axis of k at the end unless k is 1. For one point and
-        k = 1: one row. Fields: ``distance x y z`` float64 um, the nearest place; ``cell`` uint32, for ``s.cells[i]``;
+        k = 1: one row, ``numpy.void``; a checker of types knows so if the point is no array. Fields: ``distance x y z`` float64 um, the nearest place; ``cell`` uint32, for ``s.cells[i]``;
         ``segment`` uint32, the row of `Cell.ends`; ``sample`` int64, the id in the file of the segment's end away from the root; ``exact``
         bool; ``type`` int32, the segment's code of SWC; ``radius`` float64 um at the nearest place, nan if unknown;
         ``t`` float64, the place along the segment, from 0 at ``sample`` to 1 at its parent. Where fewer than k segments
@@ -603,7 +657,13 @@ class Set:
         """
         return _core.nearest(self._handle, points, k, eps, distance_upper_bound, workers, approximate, self._filter(cell, not_cell, type, where), own, of_cells)
 
-    def snap(self, points: npt.ArrayLike, workers: int = 1) -> tuple[Array, Any]:
+    @overload  # type: ignore
+    def snap(self, points: Sequence[float], workers: int = 1) -> tuple[Floats, np.float64]: ...
+
+    @overload
+    def snap(self, points: npt.ArrayLike, workers: int = 1) -> tuple[Floats, Floats]: ...
+
+    def snap(self, points: npt.ArrayLike, workers: int = 1) -> tuple[Floats, Union[Floats, np.float64]]:
         """Move points onto the nearest neurite.
 
         points has the shape (3,) or (..., 3), um. Returns the moved points, of the same shape, and the distances, of
@@ -625,8 +685,8 @@ class Set:
         fields: Fields = None,
         cell: Any = None,
         not_cell: Any = None,
-        type: Union[str, Sequence[str], None] = None,
-        where: Union[str, Sequence[str], None] = None,
+        type: Words = None,
+        where: Words = None,
     ) -> Array:
         """Find all segments that meet a closed box, exactly.
 
@@ -649,8 +709,8 @@ class Set:
         fields: Fields = None,
         cell: Any = None,
         not_cell: Any = None,
-        type: Union[str, Sequence[str], None] = None,
-        where: Union[str, Sequence[str], None] = None,
+        type: Words = None,
+        where: Words = None,
     ) -> Array:
         """Find all segments within a closed sphere, exactly; nearest to the center first.
 
@@ -664,13 +724,13 @@ class Set:
     @overload
     def box_counts(
         self, corner: npt.ArrayLike, opposing_corner: npt.ArrayLike, *, group_by: None = None, once: bool = False, cell: Any = None, not_cell: Any = None,
-        type: Union[str, Sequence[str], None] = None, where: Union[str, Sequence[str], None] = None,
+        type: Words = None, where: Words = None,
     ) -> int: ...
 
     @overload
     def box_counts(
         self, corner: npt.ArrayLike, opposing_corner: npt.ArrayLike, *, group_by: Literal["cell"], once: bool = False, cell: Any = None, not_cell: Any = None,
-        type: Union[str, Sequence[str], None] = None, where: Union[str, Sequence[str], None] = None,
+        type: Words = None, where: Words = None,
     ) -> dict[int, int]: ...
 
     def box_counts(
@@ -682,8 +742,8 @@ class Set:
         once: bool = False,
         cell: Any = None,
         not_cell: Any = None,
-        type: Union[str, Sequence[str], None] = None,
-        where: Union[str, Sequence[str], None] = None,
+        type: Words = None,
+        where: Words = None,
     ) -> Union[int, dict[int, int]]:
         """Count the segments that meet a closed box. With ``group_by="cell"``: a dict of cell indices and counts.
 
@@ -700,13 +760,13 @@ class Set:
     @overload
     def sphere_counts(
         self, center: npt.ArrayLike, radius: float, *, group_by: None = None, cell: Any = None, not_cell: Any = None,
-        type: Union[str, Sequence[str], None] = None, where: Union[str, Sequence[str], None] = None,
+        type: Words = None, where: Words = None,
     ) -> int: ...
 
     @overload
     def sphere_counts(
         self, center: npt.ArrayLike, radius: float, *, group_by: Literal["cell"], cell: Any = None, not_cell: Any = None,
-        type: Union[str, Sequence[str], None] = None, where: Union[str, Sequence[str], None] = None,
+        type: Words = None, where: Words = None,
     ) -> dict[int, int]: ...
 
     def sphere_counts(
@@ -717,8 +777,8 @@ class Set:
         group_by: str | None = None,
         cell: Any = None,
         not_cell: Any = None,
-        type: Union[str, Sequence[str], None] = None,
-        where: Union[str, Sequence[str], None] = None,
+        type: Words = None,
+        where: Words = None,
     ) -> Union[int, dict[int, int]]:
         """Count the segments within a closed sphere. With ``group_by="cell"``: a dict of cell indices and counts.
 
@@ -740,10 +800,10 @@ class Set:
         k: int | None = None,
         cell: Any = None,
         not_cell: Any = None,
-        type: Union[str, Sequence[str], None] = None,
-        where: Union[str, Sequence[str], None] = None,
+        type: Words = None,
+        where: Words = None,
         of_cells: bool = False,
-    ) -> Array:
+    ) -> Rows:
         """Find the segments near a ray, the first along it first.
 
         origin and direction have the shape (3,). A segment is found if its distance to the ray is at most
@@ -819,7 +879,7 @@ class Set:
         path: Union[str, "os.PathLike[str]"],
         cells: Any = None,
         *,
-        type: Union[str, Sequence[str], None] = None,
+        type: Words = None,
         format: str = "",
         progress: Progress = None,
     ) -> int:
@@ -848,14 +908,16 @@ class Set:
         """A view for a notebook: the travelling page of a server in a frame, or a picture with a link to it.
 
         page : address of a server's page; for a set at the address of a server, its own. Without one, the picture alone.
-            The frame needs a server that lets the notebook's page hold it; otherwise the picture links to the page.
+            The frame needs a server that lets the notebook's page hold it, as ``filiform serve --frame-origin URL`` does;
+            otherwise the picture links to the page. The page for travel also needs a notebook that is isolated from other
+            pages (README, "A set in a notebook"): browsers give threads to no other page in a frame.
 
         >>> s.view()
         <filiform.View of 'column.fil': a picture>
         """
         return View(self, page, height)
 
-    def render(self, **options: Any) -> Array:
+    def render(self, **options: Any) -> Picture:
         """`filiform.render` of this set.
 
         >>> s.render(size=(64, 48)).shape
@@ -881,7 +943,7 @@ def _parts(reader: _core.SegmentReader, rows: int, single: str | None) -> Iterat
         yield part if single is None else part[single]
 
 
-def _listed(words: Union[str, Sequence[str], None]) -> str:
+def _listed(words: Words) -> str:
     return "" if words is None else words if isinstance(words, str) else ",".join(map(str, words))
 
 

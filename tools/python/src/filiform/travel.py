@@ -9,20 +9,19 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
+from .arrays import Floats
 
 if TYPE_CHECKING:
     from .set import Set
-
-Array = npt.NDArray[Any]
 
 
 class Tick(NamedTuple):
     """What one tick of a `Travel` gives."""
 
-    force: Array  #: (3,), N, in the device's frame: to be given to the hand now; bounded, and changes by little a tick
-    proxy: Array  #: (3,), um: the place on the neurites
-    hand: Array  #: (3,), um: the hand in the tissue
-    proxy_on_device: Array  #: (3,), m: the proxy in the device's frame
+    force: Floats  #: (3,), N, in the device's frame: to be given to the hand now; bounded, and changes by little a tick
+    proxy: Floats  #: (3,), um: the place on the neurites
+    hand: Floats  #: (3,), um: the hand in the tissue
+    proxy_on_device: Floats  #: (3,), m: the proxy in the device's frame
     cell: int  #: index of the cell; 2**32 - 1 before the first jump
     segment: int  #: its number in the cell
     t: float  #: the place along the segment: 0 at its end away from the root, 1 at its parent
