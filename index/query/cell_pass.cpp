@@ -159,7 +159,7 @@ struct CellPass::Impl {
     endCell();
   }
 
-  // Of an open cell that names the tile: as readCell(), which visits only these. nullptr: none.
+  // The assembly of an open cell; nullptr if the cell does not name the tile, since readCell() would not read it.
   Assembly* assemblyOf(std::uint32_t cell, TileId tile) const {
     Assembly* const to = open[place[cell] - begin].get();
     return to != nullptr && std::binary_search(to->tiles().begin(), to->tiles().end(), tile) ? to : nullptr;

@@ -73,7 +73,7 @@ struct NearestResult {
   bool exact;   // true: certainly the segment of that rank
 };
 
-// What a query did.
+// What a query did. A visitor's search counts a tile in each round again.
 struct SearchCounts {
   std::uint32_t tiles_read = 0;      // from the store
   std::uint32_t tiles_searched = 0;  // read or not
@@ -143,8 +143,8 @@ class Nearest {
   SearchCounts find(const Vector3d& h_W, const NearestQuery& query, std::vector<NearestResult>& results) const;
 
   // Calls visit() for one segment after the other, nearest first, until it returns false. The query's k is not used.
-  // Searches for 8 segments, then for four times as many. Throws as find(), and UsageError if epsilon is not 0 or
-  // resident_only is set. About twice the cost of find() for the visited segments.
+  // Searches for 8 segments, then for four times as many: up to five times as many as are visited. Throws as find(),
+  // and UsageError if epsilon is not 0 or resident_only is set.
   SearchCounts forEachNearest(const Vector3d& h_W, const NearestQuery& query,
                               const std::function<bool(const NearestResult&)>& visit) const;
 
@@ -195,7 +195,7 @@ class Nearest {
   SearchCounts alongRay(const RayQuery& ray, std::vector<RayHit>& hits) const;
 
   // Calls visit() for one hit after the other along the ray, until it returns false. The query's `most` is not used.
-  // Throws as alongRay(). About twice the cost of alongRay() for the visited hits.
+  // Throws as alongRay(), and searches in rounds as forEachNearest().
   SearchCounts forEachAlongRay(const RayQuery& ray, const std::function<bool(const RayHit&)>& visit) const;
 
   // The error bound of approximate results. The first call reads the landmarks.

@@ -68,7 +68,7 @@ struct RenderArguments {
 std::shared_ptr<const CellColours> cellColoursOf(const TileStore& store, const TileSet* set, const Colouring& colouring,
                                                  const RenderArguments& a, const std::vector<std::uint32_t>& only) {
   if (colouring.kind && a.where.empty()) return nullptr;
-  CellSelection selection{.theme = themeOf(a.theme)};
+  CellSelection selection{.theme = a.figure.on(themeOf(a.theme))};
   std::unique_ptr<CellAttributes> attributes;
   if (set != nullptr) {
     attributes = std::make_unique<CellAttributes>(*set);
@@ -279,6 +279,24 @@ std::string pixelsText(const SceneFigures& figures, const GraphicsContext& conte
          "; drawn by " + context.description() + '\n';
 }
 
+// What goes together in a figure.
+void checkFigure(const RenderArguments& a) {
+  a.figure.check(Renderer::kMaxSize);
+  const bool is_mono = stereoMode(a.stereo) == StereoMode::mono;
+  if (!is_mono && (vectorFormatOf(a.out) || a.figure.hasMarks()))
+    throw UsageError("--stereo " + inShort(a.stereo) + ": SVG, PDF and marks such as --scale-bar need mono");
+  if (vectorFormatOf(a.out) && !a.highlight.empty())
+    throw UsageError("--highlight: SVG and PDF draw all cells alike; choose cells with --only, or write PNG");
+  if (!a.path.empty() && (a.figure.hasMarks() || a.figure.isClear() || !a.only.empty()))
+    throw UsageError(
+        "--path: a film has all cells, a ground and no marks; leave out --only, --background none, --title, "
+        "--scale-bar, --orientation and --legend");
+  const Colouring colouring = parseColouring(a.colour_by);
+  if (a.figure.legend && colouring.kind && (colouring.kind != ColourBy::type || !a.where.empty()))
+    throw UsageError(
+        "--legend: these colours have none; colour by type without --where, by an attribute or by a measure");
+}
+
 int runRender(const RenderArguments& a) {
   if (!a.proxy.empty() && !a.at.empty()) throw UsageError("--proxy and --at: give one of them");
   if (a.palette != "red-green" && a.palette != "orange-blue")
@@ -291,13 +309,7 @@ int runRender(const RenderArguments& a) {
     throw UsageError("--path uses the recorded hand: leave out --proxy, --at and --camera");
   if (a.path.empty()) checkPictureName(a.out);
   parseSize("--size", a.size, Renderer::kMaxSize);
-  a.figure.check(Renderer::kMaxSize);
-  if (vectorFormatOf(a.out) && stereoMode(a.stereo) != StereoMode::mono)
-    throw UsageError("--stereo " + inShort(a.stereo) + ": SVG and PDF have one picture; write PNG");
-  if (!a.path.empty() && (a.figure.hasMarks() || a.figure.isClear() || !a.only.empty()))
-    throw UsageError(
-        "--path: a film has all cells, its own ground and no marks; leave out --only, --background none, "
-        "--title, --scale-bar, --orientation and --legend");
+  checkFigure(a);
   const Colouring colouring = parseColouring(a.colour_by);
   if (isFileScene(a.scene)) {
     checkColouring(colouring, a.colour_by, nullptr);
@@ -380,8 +392,11 @@ int runRender(const RenderArguments& a) {
            << " whose pixels others cover; --error 0 and more --segments draw them\n";
   if (figures.left_out > 0)
     people << "  left out: " << counted(figures.left_out, "segment") << ", because --segments allows "
-           << formatCount(a.segments) << (levels ? "" : " and the scene has no levels of detail") << "; allow more"
-           << (levels || isFileScene(a.scene) ? "" : ", or ingest without --no-levels; after --add, filiform compact")
+           << formatCount(a.segments) << (levels || !a.only.empty() ? "" : " and the scene has no levels of detail")
+           << "; allow more"
+           << (levels || isFileScene(a.scene) || !a.only.empty()
+                   ? ""
+                   : ", or ingest without --no-levels; after --add, filiform compact")
            << "\n";
   const bool is_overview = a.path.empty() && a.proxy.empty() && a.at.empty() && a.camera.find(':') == std::string::npos;
   if (is_overview && !a.all && scene.far_segments() > 0)

@@ -8,6 +8,7 @@
 #include "viewer/scene/cell_colours.h"
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -28,13 +29,18 @@ void drawMarks(Canvas& canvas, const PictureSize& size, const EyeView& view, dou
 struct VectorScene {
   ColourBy colour = ColourBy::cell;
   std::shared_ptr<const CellColours> cell_colours{};
-  double shallow_um = 0, deep_um = 1;  // as BatchOptions has them
+  double shallow_um = 0, deep_um = 1;        // as BatchOptions has them
+  std::function<void(TileId done)> check{};  // before each tile; its exceptions end the drawing
+};
+struct VectorFigures {
+  std::uint64_t segments = 0;           // drawn, at least in part in the picture
+  std::uint64_t implausible_radii = 0;  // replaced ones, of all segments
 };
 // More segments make a document that other programs open slowly.
 inline constexpr std::uint64_t kMostVectorSegments = 100'000;
 // Draws all segments of the store as lines and discs of one colour each, as wide as Renderer draws them, the farthest
 // first. Throws what the store throws. O(n log n).
-void drawVectors(Canvas& canvas, const PictureSize& size, const EyeView& view, const TileStore& store,
-                 const VectorScene& scene);
+VectorFigures drawVectors(Canvas& canvas, const PictureSize& size, const EyeView& view, const TileStore& store,
+                          const VectorScene& scene);
 
 }  // namespace filiform::tools

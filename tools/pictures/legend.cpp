@@ -8,11 +8,14 @@
 
 namespace filiform::tools {
 
+Rgba inkOn(bool light) { return light ? kInk : Rgba{235, 238, 245}; }
+
+double capitalOf(const PictureSize& size) { return std::clamp(size.height / 60.0, 7.0, 22.0); }
+
 void drawLegend(Canvas& canvas, const PictureSize& size, const CellColours& colours, bool on_light) {
   if (colours.legend.empty()) return;
-  const Rgba letters = on_light ? kInk : Rgba{235, 238, 245},
-             ground = on_light ? Rgba{255, 255, 255, 204} : Rgba{20, 23, 31, 204};
-  const double capital = std::clamp(size.height / 60.0, 7.0, 22.0), line = 1.9 * capital, rim = capital;
+  const Rgba letters = inkOn(on_light), ground = on_light ? Rgba{255, 255, 255, 204} : Rgba{20, 23, 31, 204};
+  const double capital = capitalOf(size), line = 1.9 * capital, rim = capital;
   const auto most = static_cast<std::size_t>(std::max(1.0, (size.height - 2 * rim) / line - 3));
   const std::size_t shown = std::min(colours.legend.size(), most);
   std::vector<std::string> lines{escaped(colours.attribute, 40) + (colours.unit.empty() ? "" : ", " + colours.unit)};

@@ -230,7 +230,8 @@ void SceneView::Impl::putOverlays(const SceneFrame& f) {
   };
   put(kWorkspaceBoxes, f.workspace != nullptr, [&] { return workspaceBatch(*f.workspace, 1.6 * um_px); });
   const std::optional<Vector3d>& proxy_W = motion.proxy_W();
-  const Rgba& proxy = f.background == groundOf(Theme::light) ? kProxyOnLightColour : kProxyColour;
+  const bool on_light = f.background.r + f.background.g + f.background.b > 3 * 128;
+  const Rgba& proxy = on_light ? kProxyOnLightColour : kProxyColour;
   put(kProxyBall, proxy_W.has_value(), [&] { return proxyBatch(*proxy_W, 7 * um_px, proxy); });
   put(kCompanionBall, f.companion_W.has_value(),
       [&] { return proxyBatch(*f.companion_W, 7 * um_px, kCompanionColour); });

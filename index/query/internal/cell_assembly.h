@@ -34,7 +34,7 @@ class CellAssembly {
 
  private:
   // What the arrays hold before their samples and segments come: no coordinate of the grid, no link. A parent is then
-  // the sample itself. With less to write for each sample, it costs fewer misses of the caches.
+  // the sample itself. Less is then written for each sample.
   static constexpr std::int64_t kUnplaced = INT64_MIN;
   static constexpr std::array<std::uint32_t, 2> kUnlinked{kNoParent, kNoParent};
   static constexpr std::uint64_t kFirstRoom = std::uint64_t{1} << 20, kRoomASegment = 8;

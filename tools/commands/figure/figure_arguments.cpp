@@ -17,8 +17,8 @@ void FigureArguments::check(int most) const {
   if (!size_mm.empty()) size("", most);
 }
 
-bool FigureArguments::isLight(Theme theme) const {
-  return background.empty() ? theme == Theme::light : background != "dark";
+Theme FigureArguments::on(Theme theme) const {
+  return background.empty() ? theme : background == "dark" ? Theme::dark : Theme::light;
 }
 
 Rgba FigureArguments::ground(Theme theme) const {
@@ -29,8 +29,10 @@ Rgba FigureArguments::ground(Theme theme) const {
 PictureSize FigureArguments::size(const std::string& size, int most) const {
   if (size_mm.empty()) return parseSize("--size", size, most);
   const std::size_t cross = size_mm.find('x');
+  if (cross == std::string::npos || size_mm.find('x', cross + 1) != std::string::npos)
+    throw UsageError("--size-mm " + inShort(size_mm) + ": give WIDTHxHEIGHT in mm, such as 85x60");
   const double width_mm = parseNumber("--size-mm", size_mm.substr(0, cross)),
-               height_mm = parseNumber("--size-mm", cross == std::string::npos ? "" : size_mm.substr(cross + 1));
+               height_mm = parseNumber("--size-mm", size_mm.substr(cross + 1));
   const double width = std::round(width_mm / 25.4 * dpi), height = std::round(height_mm / 25.4 * dpi);
   if (!(width >= 1 && height >= 1 && width <= most && height <= most))
     throw UsageError("--size-mm " + inShort(size_mm) + " with " + formatNumber(dpi) + " dots an inch is " +
@@ -44,13 +46,15 @@ void addFigureArguments(CLI::App& command, FigureArguments& arguments) {
       .add_option("--background", arguments.background,
                   "draw on this ground instead of the theme's; none: PNG is transparent, SVG and PDF have no ground")
       ->type_name("white|dark|none");
-  command.add_flag("--scale-bar", arguments.scale_bar, "add a scale bar, right at the depth of the view's middle");
+  command.add_flag("--scale-bar", arguments.scale_bar,
+                   "add a scale bar; its length is correct at the depth of the view's middle");
   command.add_flag("--legend", arguments.legend,
-                   "add the legend of types; that of an attribute or a measure comes by itself");
+                   "add the legend of --colour-by type; an attribute or a measure always has its legend");
   command.add_flag("--orientation", arguments.orientation, "add arrows along x, y and z");
   command.add_option("--title", arguments.title, "write this above the picture")->type_name("TEXT");
-  CLI::Option* size =
-      command.add_option("--size-mm", arguments.size_mm, "size on paper, mm, instead of --size")->type_name("WxH");
+  CLI::Option* size = command.add_option("--size-mm", arguments.size_mm, "size on paper, mm, instead of --size")
+                          ->type_name("WxH")
+                          ->excludes(command.get_option("--size"));
   command.add_option("--dpi", arguments.dpi, "dots an inch, for --size-mm")
       ->capture_default_str()
       ->needs(size)

@@ -17,14 +17,14 @@ struct FigureArguments {
   double dpi = 300;
   bool scale_bar = false, orientation = false, legend = false;
 
-  // Throws UsageError for another ground, and for a size that is none or beyond `most` pixels.
+  // Throws UsageError for another ground, and for a size that cannot be read or has a side beyond `most` pixels.
   void check(int most) const;
   bool hasMarks() const { return !title.empty() || scale_bar || orientation || legend; }
   bool isClear() const { return background == "none"; }  // the ground is transparent
-  bool isLight(Theme theme) const;
-  Rgba ground(Theme theme) const;  // white, if it is transparent
+  Theme on(Theme theme) const;                           // the theme that fits the ground; `theme`: of --theme
+  Rgba ground(Theme theme) const;                        // white, if it is transparent
   double pixel_mm() const { return size_mm.empty() ? 0 : 25.4 / dpi; }
-  // `size`: of --size.
+  // In pixels; `size`: what --size says.
   PictureSize size(const std::string& size, int most) const;
 };
 

@@ -1,6 +1,7 @@
 #include "tools/commands/figure/picture_writer.h"
 
 #include "index/count_text.h"
+#include "index/errors.h"
 #include "index/output.h"
 #include "index/text.h"
 #include "tools/pictures/figure.h"
@@ -17,6 +18,8 @@
 namespace filiform::tools {
 namespace {
 
+constexpr std::uint8_t kSecondGround = 160;  // light as white, so that the proxy has the same colour
+
 // Draws one picture, and writes it as the output's name says.
 struct PictureWriter {
   const PictureOutput& a;
@@ -32,7 +35,7 @@ struct PictureWriter {
     PngOptions png{.pixel_mm = a.figure.pixel_mm()};
     std::vector<std::uint8_t> alpha;
     if (a.figure.isClear()) {
-      frame.background = {0, 0, 0};
+      frame.background = {kSecondGround, kSecondGround, kSecondGround};
       alpha = makeClear(picture, drawn(frame, figures));
       png.alpha = &alpha;
     }
@@ -58,15 +61,16 @@ struct PictureWriter {
     return renderer.read();
   }
 
+  static Camera cameraOf(const SceneFrame& frame) { return frame.orthographic ? parallel(frame.camera) : frame.camera; }
   static EyeView viewOfFrame(const SceneFrame& frame) {
-    return viewOf(frame.orthographic ? parallel(frame.camera) : frame.camera, frame.size.aspect(), frame.eyes.widening);
+    return viewOf(cameraOf(frame), frame.size.aspect(), frame.eyes.widening);
   }
 
   void mark(Canvas& canvas, const SceneFrame& frame) const {
     FigureMarks marks{.title = a.figure.title,
                       .scale_bar = a.figure.scale_bar,
                       .orientation = a.figure.orientation,
-                      .on_light = a.figure.isLight(a.theme)};
+                      .on_light = a.figure.on(a.theme) == Theme::light};
     if (a.with_legend) marks.legend = frame.cell_colours;
     if (a.figure.legend && frame.colour == ColourBy::type && frame.cell_colours == nullptr) {
       auto types = std::make_shared<CellColours>();
@@ -74,21 +78,21 @@ struct PictureWriter {
       types->legend = legendOfTypes();
       marks.legend = types;
     }
-    const Camera camera = frame.orthographic ? parallel(frame.camera) : frame.camera;
-    drawMarks(canvas, frame.size, viewOfFrame(frame), camera.focus_um, marks);
+    drawMarks(canvas, frame.size, viewOfFrame(frame), cameraOf(frame).focus_um, marks);
   }
 
-  // Colours on white become colours with an opacity, by the same picture on black.
-  static std::vector<std::uint8_t> makeClear(Picture& on_white, const Picture& on_black) {
+  // Of a picture on white, and the same on a light grey: colours and opacities, which give both.
+  static std::vector<std::uint8_t> makeClear(Picture& on_white, const Picture& on_grey) {
     std::vector<std::uint8_t> alpha(on_white.rgb.size() / 3);
     for (std::size_t i = 0; i < alpha.size(); ++i) {
-      int through = 255;
-      for (std::size_t c = 3 * i; c < 3 * i + 3; ++c) through = std::min(through, on_white.rgb[c] - on_black.rgb[c]);
-      alpha[i] = static_cast<std::uint8_t>(255 - std::max(0, through));
-      for (std::size_t c = 3 * i; c < 3 * i + 3; ++c)
-        on_white.rgb[c] =
-            alpha[i] == 0 ? 255
-                          : static_cast<std::uint8_t>(std::min(255, (255 * on_black.rgb[c] + alpha[i] / 2) / alpha[i]));
+      int seen = 255 - kSecondGround;  // of the grounds' difference
+      for (std::size_t c = 3 * i; c < 3 * i + 3; ++c) seen = std::min(seen, on_white.rgb[c] - on_grey.rgb[c]);
+      const int opacity = 255 - std::max(0, seen) * 255 / (255 - kSecondGround);
+      alpha[i] = static_cast<std::uint8_t>(opacity);
+      for (std::size_t c = 3 * i; c < 3 * i + 3; ++c) {
+        const int colour = opacity == 0 ? 255 : 255 - 255 * (255 - on_white.rgb[c]) / opacity;
+        on_white.rgb[c] = static_cast<std::uint8_t>(std::clamp(colour, 0, 255));
+      }
     }
     return alpha;
   }
@@ -97,6 +101,10 @@ struct PictureWriter {
     SceneFigures figures;
     std::string document;
     const bool is_raster = store.segmentCount() > kMostVectorSegments;
+    if (is_raster && a.figure.isClear())
+      throw UsageError(
+          "--background none: " + counted(store.segmentCount(), "segment") +
+          " are drawn as a picture in the page, which has a ground; choose cells with --only, or write PNG");
     const Picture raster = is_raster ? withoutMarks(frame, figures) : Picture();
     {
       Canvas canvas(frame.size.width, frame.size.height, document, format, a.figure.pixel_mm());
@@ -104,13 +112,21 @@ struct PictureWriter {
         canvas.picture(raster);
       } else {
         if (!a.figure.isClear()) canvas.fill(0, 0, frame.size.width, frame.size.height, frame.background);
-        figures.segments = store.segmentCount();
+        Progress progress({.title = "render", .noun = "tiles"});
+        progress.setTotal(store.tile_count());
         figures.tiles = store.tile_count();
-        drawVectors(canvas, frame.size, viewOfFrame(frame), store,
-                    {.colour = frame.colour,
-                     .cell_colours = frame.cell_colours,
-                     .shallow_um = scene.hi_W().y(),
-                     .deep_um = scene.lo_W().y()});
+        const VectorScene vectors{.colour = frame.colour,
+                                  .cell_colours = frame.cell_colours,
+                                  .shallow_um = scene.hi_W().y(),
+                                  .deep_um = scene.lo_W().y(),
+                                  .check = [&](TileId done) {
+                                    throwIfInterrupted();
+                                    progress.update(done);
+                                  }};
+        const VectorFigures drawn = drawVectors(canvas, frame.size, viewOfFrame(frame), store, vectors);
+        figures.segments = drawn.segments;
+        figures.implausible_radii = drawn.implausible_radii;
+        progress.finish();
       }
       mark(canvas, frame);
     }

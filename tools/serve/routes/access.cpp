@@ -40,12 +40,22 @@ std::string_view givenToken(const Request& request) {
   return tokenOfProtocols(request.header("sec-websocket-protocol"));
 }
 
-// SCHEME://HOST or SCHEME://HOST:PORT in lower case.
-bool isOrigin(std::string_view text) {
-  const std::size_t scheme = text.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789+.-");
-  return !text.empty() && text[0] >= 'a' && text[0] <= 'z' && scheme != std::string_view::npos &&
-         text.substr(scheme).starts_with("://") && text.size() > scheme + 3 &&
-         text.find_first_of("/?#@,;'\" \t", scheme + 3) == std::string_view::npos;
+// SCHEME://HOST or SCHEME://HOST:PORT in lower case. `frame`: for frame-ancestors, so a port may be *, and the first
+// name of a host too.
+bool isOrigin(std::string_view text, bool frame) {
+  constexpr std::string_view kWord = "abcdefghijklmnopqrstuvwxyz0123456789+.-";
+  const std::size_t scheme = text.find_first_not_of(kWord);
+  if (text.empty() || text[0] < 'a' || text[0] > 'z' || scheme == std::string_view::npos ||
+      !text.substr(scheme).starts_with("://"))
+    return false;
+  std::string_view host = text.substr(scheme + 3);
+  if (frame && host.ends_with(":*")) host.remove_suffix(2);
+  if (frame && host.starts_with("*.")) host.remove_prefix(2);
+  const auto isOf = [&host](std::string_view characters) {
+    return host.find_first_not_of(characters) == std::string_view::npos;
+  };
+  return !host.empty() &&
+         (isOf("abcdefghijklmnopqrstuvwxyz0123456789.:_-") || (!frame && isOf("0123456789abcdef.:[]")));
 }
 
 // A request for a picture, a script and the like of a page of another site, to whom browsers send no Origin. `framed`:
@@ -67,15 +77,15 @@ Answer bearerProblem(const std::string& detail) {
 
 Access::Access(AccessRules rules)
     : rules_(std::move(rules)), people_(std::make_shared<const People>(rules_.people)), own_key_(randomText()) {
-  const auto check = [](const char* option, std::vector<std::string>& origins) {
+  const auto check = [](const char* option, std::vector<std::string>& origins, bool frame) {
     for (std::string& origin : origins) {
       origin = lowerCase(origin);
-      if (!isOrigin(origin))
+      if (!isOrigin(origin, frame))
         throw UsageError(option + inShort(origin) + ": give SCHEME://HOST or SCHEME://HOST:PORT, without a path");
     }
   };
-  check("--origin ", rules_.origins);
-  check("--frame-origin ", rules_.frame_origins);
+  check("--origin ", rules_.origins, false);
+  check("--frame-origin ", rules_.frame_origins, true);
   for (std::string& host : rules_.hosts) host = lowerCase(host);
   makeDoors();
 }

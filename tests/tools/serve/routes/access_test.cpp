@@ -248,9 +248,10 @@ TEST(Access, OnlyPagesComeIntoFramesOfListedOrigins) {
   script["sec-fetch-mode"] = "no-cors";
   script["sec-fetch-dest"] = "script";
   EXPECT_EQ(held.get("/", script).status, 403u);
-  for (const char* wrong :
-       {"localhost:8888", "http://a/b", "http://a; script-src *", "http://a,http://b", "'self'", ""})
+  for (const char* wrong : {"localhost:8888", "http://a/b", "http://a; script-src *", "http://a,http://b", "'self'", "",
+                            "http://*", "http://*:*", "http://a.*", "http://a\r\nX-B: 1", "http://[::1]:8888"})
     EXPECT_THROW(Access({.people = {}, .origins = {}, .frame_origins = {wrong}, .hosts = {}}), UsageError) << wrong;
+  EXPECT_THROW(Access({.people = {}, .origins = {"http://localhost:*"}, .hosts = {}}), UsageError);
 }
 
 }  // namespace
