@@ -95,14 +95,14 @@ BenchScene::BenchScene(const BenchOptions& options) : path_(options.scene) {
 }
 
 void measureMotion(const std::string& path, const BenchOptions& options, const SceneFrame& base, BenchReport& report) {
-  BenchTable table{"motion",
-                   "Frames in motion with the budgets of the window. Error: of the drawn tiles, px; none: the eye is "
-                   "inside a coarse tile. Answer: from a frame's begin, when the view changes for the next one, until a "
-                   "picture shows it. Calls: of OpenGL. Shaded: executions of fragment shaders a pixel",
-                   {"view", "frames", "pictures", "frame, ms", "most", "picture, ms", "most, ms", "answer most, ms",
-                    "segments", "error",
-                    "error p90", "error most", "none", "calls", "calls most", "uploaded, KiB", "shaded", "shaded most"},
-                   {}};
+  BenchTable table{
+      "motion",
+      "Frames in motion with the budgets of the window. Error: of the drawn tiles, px; none: the eye is "
+      "inside a coarse tile. Answer: from a frame's begin, when the view changes for the next one, until a "
+      "picture shows it. Calls: of OpenGL. Shaded: executions of fragment shaders a pixel",
+      {"view", "frames", "pictures", "frame, ms", "most", "picture, ms", "most, ms", "answer most, ms", "segments",
+       "error", "error p90", "error most", "none", "calls", "calls most", "uploaded, KiB", "shaded", "shaded most"},
+      {}};
   Stage stage(path);
   const PlaceFinder finder(*stage.set);
   std::uint32_t largest = 0;
@@ -170,9 +170,9 @@ void measureMotion(const std::string& path, const BenchOptions& options, const S
     table.rows.push_back({std::string(name), static_cast<std::int64_t>(times.size()),
                           static_cast<std::int64_t>(pictures.size()), percentile(times, 0.5), percentile(times, 1),
                           percentile(pictures, 0.5), most_ms, answer_ms, percentile(segments, 0.5),
-                          percentile(errors, 0.5), p90,
-                          percentile(errors, 1), none, percentile(calls, 0.5), percentile(calls, 1),
-                          static_cast<double>(uploaded) / 1024, percentile(fragments, 0.5), percentile(fragments, 1)});
+                          percentile(errors, 0.5), p90, percentile(errors, 1), none, percentile(calls, 0.5),
+                          percentile(calls, 1), static_cast<double>(uploaded) / 1024, percentile(fragments, 0.5),
+                          percentile(fragments, 1)});
   };
   measure("overview, turning", [&](double part, Workspace&, SceneFrame& frame) {
     frame.camera = overview(stage.scene.usual_lo_W(), stage.scene.usual_hi_W(), part, 0.2, base.size.aspect());
