@@ -37,50 +37,57 @@ SceneBudget FrameGovernor::budgetFor(const PictureSize& size, double scale) cons
 }
 
 void FrameGovernor::drew(const SceneFigures& figures) {
-  if (figures.expected_ms > 0) return drewMoving(figures.expected_ms, budget_.moving_segments, figures);
   if (!figures.redrawn || !(figures.picture_ms > 0)) return;
-  if (figures.moving) return drewMoving(figures.picture_ms, figures.segments, figures);
+  if (figures.moving) return drewMoving(figures);
   rest_ms_ = figures.picture_ms;
   too_many_ = INFINITY;
-  const double fine = budget_.moving_samples > 1 ? 1 : kLeastFine;
-  if (const double all = fine * static_cast<double>(figures.segments) * kMoving_ms / rest_ms_;
-      all < static_cast<double>(budget_.moving_segments))
+  const double coarse_ms = rest_ms_ / (budget_.moving_samples > 1 ? 1 : kLeastFine);
+  const double segments = std::max(static_cast<double>(figures.segments), 1.0);
+  if (const double all = segments * kMoving_ms / coarse_ms; all < static_cast<double>(budget_.moving_segments))
     budget_.moving_segments = std::max(kLeastSegments, static_cast<std::uint64_t>(all));
+  // Thick cones cost their pixels, however few they are.
+  budget_.moving_stretch = 1;
+  double least_ms = coarse_ms * std::min(1.0, static_cast<double>(kLeastSegments) / segments);
+  for (; least_ms > kLate_ms && budget_.moving_stretch < SceneBudget::kMostStretch; least_ms /= 4)
+    budget_.moving_stretch *= 2;
   // Grows at rest, and shrinks in motion alone: a picture at rest is never replaced by a coarser one.
   if (!fixed_ && figures.limited && rest_ms_ < kRest_ms / 2) budget_.segments = std::min(most_, 2 * budget_.segments);
 }
 
-void FrameGovernor::drewMoving(double ms, std::uint64_t segments, const SceneFigures& figures) {
-  const double error_px = figures.error_px;
+void FrameGovernor::drewMoving(const SceneFigures& figures) {
+  const double ms = figures.picture_ms, error_px = figures.error_px;
   if (!fixed_ && rest_ms_ > kRest_ms)
     budget_.segments = std::max(kLeastSegments, times(budget_.segments, kRest_ms / rest_ms_));
   rest_ms_ = 0;
   // A finer picture costs more: it takes the time of a coarse one until its error is well below the bound.
   const double most_ms = error_px > kGood_px / 2 ? kCoarse_ms : kMoving_ms;
-  if (ms > most_ms) {
-    if (budget_.moving_samples > 1) {
-      budget_.moving_samples = 1;
-      budget_.moving_shade = false;
-      return;
-    }
-    too_many_ = std::min(too_many_, static_cast<double>(segments));
-    const double factor = std::clamp(0.8 * most_ms / ms, 0.25, 0.8);
-    budget_.moving_segments = std::max(kLeastSegments, std::min(budget_.moving_segments, times(segments, factor)));
-    // The smallest picture is drawn to its end, however the view moves.
-    budget_.moving_part_ms = budget_.moving_segments > kLeastSegments ? kLate_ms : INFINITY;
+  budget_.moving_stretch = figures.stretch;
+  if (budget_.moving_samples > 1 && (figures.samples == 1 || ms > most_ms)) {
+    budget_.moving_samples = 1;
+    budget_.moving_shade = false;
     return;
   }
-  budget_.moving_part_ms = kLate_ms;
+  if (ms > most_ms) {
+    too_many_ = std::min(too_many_, static_cast<double>(figures.segments));
+    const double factor = std::clamp(0.8 * most_ms / ms, 0.25, 0.8);
+    budget_.moving_segments =
+        std::max(kLeastSegments, std::min(budget_.moving_segments, times(figures.segments, factor)));
+    return;
+  }
   too_many_ *= kForgets;
-  if (ms < kMoving_ms / kFine && budget_.moving_samples == 1 && error_px <= kGood_px) {
+  const bool is_coarse = error_px > kGood_px;
+  const double more = std::min({1.5 * static_cast<double>(budget_.moving_segments), 0.9 * too_many_,
+                                static_cast<double>(std::min(most_, budget_.segments))});
+  const bool may_grow = (figures.limited || 2 * figures.segments > budget_.moving_segments) &&
+                        more > static_cast<double>(budget_.moving_segments) &&
+                        ms < (is_coarse ? kCoarse_ms : kMoving_ms) / 2;
+  if (figures.stretch > 1 && 4 * ms < most_ms && !(is_coarse && may_grow)) {
+    budget_.moving_stretch /= 2;
+  } else if (ms < kMoving_ms / kFine && figures.stretch == 1 && budget_.moving_samples == 1 && !is_coarse) {
     budget_.moving_samples = budget_.samples;
     budget_.moving_shade = true;
-  } else if ((figures.limited || 2 * segments > budget_.moving_segments) &&
-             ms < (error_px > kGood_px ? kCoarse_ms : kMoving_ms) / 2) {
-    const double more = std::min(1.5 * static_cast<double>(budget_.moving_segments), 0.9 * too_many_);
-    const std::uint64_t most = std::min(most_, budget_.segments);
-    if (more > static_cast<double>(budget_.moving_segments))
-      budget_.moving_segments = more < static_cast<double>(most) ? static_cast<std::uint64_t>(more) : most;
+  } else if (may_grow) {
+    budget_.moving_segments = static_cast<std::uint64_t>(more);
   }
 }
 

@@ -11,9 +11,9 @@ namespace filiform {
 class FrameGovernor {
  public:
   // A picture in motion is to take kMoving_ms, or up to kCoarse_ms while its error exceeds kGood_px; one that takes
-  // kLate_ms is abandoned for a smaller one. A picture at rest is drawn in parts of kPart_ms and grows while it takes
-  // less than half of kRest_ms.
-  static constexpr double kMoving_ms = 50, kCoarse_ms = 100, kLate_ms = 120, kGood_px = 8;
+  // kLate_ms is begun again with larger pixels. A picture at rest is drawn in parts of kPart_ms and grows while it
+  // takes less than half of kRest_ms.
+  static constexpr double kMoving_ms = 45, kCoarse_ms = 60, kLate_ms = 60, kGood_px = 8;
   static constexpr double kPart_ms = 30, kRest_ms = 1000;
   static constexpr std::uint64_t kMostSegments = 2'000'000, kLeastSegments = 2000;
 
@@ -28,7 +28,7 @@ class FrameGovernor {
   void drew(const SceneFigures& figures);
 
  private:
-  void drewMoving(double ms, std::uint64_t segments, const SceneFigures& figures);
+  void drewMoving(const SceneFigures& figures);
 
   std::uint64_t most_;
   bool fixed_;

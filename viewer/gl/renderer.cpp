@@ -70,7 +70,7 @@ void waitForPixel() {
 }
 
 // Segments between the first two looks at the clock: a thick cone may cover the whole picture.
-constexpr std::size_t kFirstGroup = 1;
+constexpr std::size_t kFirstGroup = 1, kMostGroup = std::size_t{1} << 20;
 // Rows of the picture that one step composes.
 constexpr int kRows = 64;
 
@@ -281,8 +281,9 @@ void Renderer::Impl::copySurfaces(std::size_t eye) {
   job.copied = true;
 }
 
-// Draws the next segments, of one stage.
+// Draws the next segments, of one stage: in parts no more than a quick group of one piece.
 void Renderer::Impl::drawPieces(std::size_t eye, std::size_t most_segments) {
+  const bool in_parts = most_segments < std::numeric_limits<std::size_t>::max();
   const std::vector<Piece>& pieces = job.pieces[eye];
   const Stage stage = pieces[job.drawn_pieces].stage;
   // Other users of this context may have changed the state.
@@ -294,7 +295,11 @@ void Renderer::Impl::drawPieces(std::size_t eye, std::size_t most_segments) {
   Program& program = enter(stage, eye);
   while (most_segments > 0 && job.drawn_pieces < pieces.size() && pieces[job.drawn_pieces].stage == stage) {
     const Piece& piece = pieces[job.drawn_pieces];
-    const std::size_t count = std::min(most_segments, piece.count - job.drawn_segments);
+    std::size_t count = std::min(most_segments, piece.count - job.drawn_segments);
+    if (in_parts) {
+      const std::size_t quick = piece.quickGroup(job.drawn_segments, eyes[eye].size());
+      if (quick < count) most_segments = count = quick;
+    }
     program.set("origin_V", job.views[eye].toView(piece.batch->origin_W()));
     if (piece.from == CardBatch::From::ribbons || piece.from == CardBatch::From::lines)
       program.set("pixel_um", piece.batch->pixel_um());
@@ -421,7 +426,7 @@ double Renderer::advance(double most_ms) {
       if (at_once) continue;
       wait();
       const double group_ms = since_ms(group_begin);
-      if (group_ms < most_ms / 8) job.group *= 2;
+      if (group_ms < most_ms / 8) job.group = std::min(2 * job.group, kMostGroup);
       if (group_ms > most_ms / 3) job.group = std::max<std::size_t>(job.group / 2, 1);
       if (since_ms(begin) >= most_ms) return job.done();
     }
@@ -445,6 +450,30 @@ RenderFigures Renderer::draw(const std::array<EyeView, 2>& views, const RenderOp
   const RenderFigures figures = impl_->start(views, options);
   advance(INFINITY);
   return figures;
+}
+
+void Renderer::warmUp() {
+  NeuriteBatch batch;
+  batch.lo_W.setConstant(-100);
+  batch.hi_W.setConstant(100);
+  for (const float radius_um : {20.0F, 0.3F, 0.1F, 1e-3F})
+    for (const float end_um : {0.0F, 60.0F})
+      batch.segments.push_back({.a_um = {0, 0, -50},
+                                .a_radius_um = radius_um,
+                                .b_um = {end_um, 0, -50},
+                                .b_radius_um = radius_um,
+                                .colour = {}});
+  for (const Layer layer : {Layer::neurites, Layer::highlight, Layer::overlays})
+    put(UINT64_MAX - static_cast<BatchId>(layer), batch, layer);
+  for (const int samples : {1, 2})
+    for (const bool inside : {false, true}) {
+      RenderOptions options{.size = {64, 40}, .samples = samples};
+      options.shade_um = inside ? 0 : 1;
+      if (inside) options.clear_end_um = 40, options.clear_begin_um = 60;
+      draw({EyeView{}, EyeView{}}, options);
+    }
+  for (const Layer layer : {Layer::neurites, Layer::highlight, Layer::overlays})
+    remove(UINT64_MAX - static_cast<BatchId>(layer));
 }
 
 bool Renderer::hasQuadBuffer() const { return contextHasQuadBuffer(); }

@@ -41,6 +41,10 @@ class Renderer {
   void show(BatchId id, bool shown);
   std::uint64_t bytes() const;  // uploaded, of all batches
 
+  // Draws a small picture of each kind: drivers compile a shader when it is first used, which takes up to 0.1 s each.
+  // Call it before the first batch. The last picture is then black.
+  void warmUp();
+
   // True: the context belongs to a window with a picture for each eye (StereoMode::quad_buffer).
   bool hasQuadBuffer() const;
 

@@ -23,12 +23,16 @@ struct SceneBudget {
   std::uint64_t moving_segments = 2'000'000;  // chosen while camera or proxy move, at most
   int samples = 2, moving_samples = 2;        // across a pixel
   bool moving_shade = true;                   // use eye-dome lighting of far views also in motion
-  double enough_px = Levels::kEnough_px;      // choose no finer tiles where the error is below this
-  std::uint64_t upload_bytes = 4U << 20;      // in one frame; one tile is always uploaded
-  double upload_ms = 2;                       // in one frame; one tile is always uploaded
-  // A picture is drawn in parts of these lengths, one a frame. In motion a new view abandons the picture under way.
+  int moving_stretch = 1;  // a pixel in motion covers so many of the screen in each direction, up to kMostStretch
+  double enough_px = Levels::kEnough_px;  // choose no finer tiles where the error is below this
+  std::uint64_t upload_bytes = 4U << 20;  // in one frame; one tile is always uploaded
+  double upload_ms = 2;                   // in one frame; one tile is always uploaded
+  // At rest a picture is drawn in parts of this length, one a frame. In motion a frame draws the whole picture: what
+  // takes longer than a part is begun again with larger pixels.
   double part_ms = INFINITY, moving_part_ms = INFINITY;
   std::uint64_t card_bytes = 1ULL << 30;  // above this, tiles that are not drawn are removed from the card
+
+  static constexpr int kMostStretch = 8;
 };
 
 // What one frame shows. Its pointers must stay valid during the call only.
@@ -67,7 +71,7 @@ struct SceneFigures {
   bool redrawn = false;              // false: the last picture was kept
   bool drawing = false;              // a picture is drawn in parts: more frames are needed
   double picture_ms = 0;             // of the last new picture, all its parts together
-  double expected_ms = 0;            // of a picture in motion that was longer than a part; 0: none
+  int samples = 0, stretch = 1;      // of the last new picture: across a pixel; screen pixels across a pixel
   bool moving = false;               // drawn with the budget for motion
   bool complete = false;             // every chosen tile is in the picture, without stand-ins
   std::uint64_t segments = 0;        // of the drawn tiles

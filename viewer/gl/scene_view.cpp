@@ -18,6 +18,7 @@ namespace {
 
 using internal::CardTiles;
 using internal::Signature;
+using Clock = std::chrono::steady_clock;
 
 // Dims the other cells where one is highlighted.
 constexpr double kReceding = 0.7;
@@ -50,6 +51,10 @@ void addView(Signature& signature, const EyeView& view) {
   for (const double x : {f.left, f.right, f.bottom, f.top, f.near_um, f.far_um}) signature.add(x);
 }
 
+double since_ms(Clock::time_point begin) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+}
+
 // One view for the choice of tiles, wide enough for both eyes.
 EyeView viewForBothEyes(const EyeView& left, const Vector3d& middle_W, double separation_ratio) {
   EyeView both = left;
@@ -78,7 +83,7 @@ struct SceneView::Impl {
     double nearest_um, farthest_um;
   };
   struct Detail {
-    int samples;
+    int samples, stretch;
     double shade_um;
     friend bool operator==(const Detail&, const Detail&) = default;
   };
@@ -102,6 +107,9 @@ struct SceneView::Impl {
   void draw(const SceneFrame& f);
   void advance(const SceneFrame& f, bool begins);
   bool isQuick(const SceneFrame& f) const;
+  void stretchTo(const SceneFrame& f, int wanted);
+  void drawInTime(const SceneFrame& f, Clock::time_point& begin);
+  Detail detail() const { return {options.samples, stretch, options.shade_um}; }
   void removeAll();
 
   Renderer& renderer;
@@ -117,6 +125,7 @@ struct SceneView::Impl {
   Signature last_picture;
   bool has_picture = false, under_way = false;
   double drawn_ms = 0, rest_ms = INFINITY;  // of the picture under way; of the last one at rest
+  double sample_ms = 0;                     // of the last one in motion, with a sample for each pixel of the screen
   std::uint64_t rest_segments = 0;
   bool changed = true;      // tiles, since they were last counted
   bool can_refine = false;  // the next picture of the same view shows other tiles, samples or shading
@@ -131,6 +140,7 @@ struct SceneView::Impl {
   RenderOptions options;
   std::array<EyeView, 2> views;
   PictureSize eye;
+  int stretch = 1;  // screen pixels across a pixel of the picture
   bool moving = false;
 };
 
@@ -194,6 +204,7 @@ void SceneView::Impl::prepare(const SceneFrame& f, bool whole) {
              .background = f.background};
   if (f.cell) options.dim = kReceding;
   if (moving) options.most_highlighted = f.budget.moving_segments / kOwnPart;
+  stretchTo(f, moving ? f.budget.moving_stretch : 1);
   const DepthRange range = fitDepths(f);
   double ratio = 0;
   if (f.stereo != StereoMode::mono) {
@@ -286,12 +297,41 @@ bool SceneView::Impl::isQuick(const SceneFrame& f) const {
   if (moving || std::isinf(f.budget.part_ms)) return std::isinf(moving ? f.budget.moving_part_ms : f.budget.part_ms);
   const double more =
       static_cast<double>(counted.segments) / static_cast<double>(std::max<std::uint64_t>(rest_segments, 1));
-  return rest_ms * std::max(more, 1.0) < kAtOnce * f.budget.part_ms;
+  const double moved_ms = sample_ms * f.budget.samples * f.budget.samples;
+  return std::max(moved_ms, rest_ms * std::max(more, 1.0)) < kAtOnce * f.budget.part_ms;
+}
+
+// Sets the size of the picture. Rows of two eyes in turn need the screen's own pixels.
+void SceneView::Impl::stretchTo(const SceneFrame& f, int wanted) {
+  stretch = f.stereo == StereoMode::row_interleaved ? 1 : std::min(wanted, SceneBudget::kMostStretch);
+  options.size = {(f.size.width + stretch - 1) / stretch, (f.size.height + stretch - 1) / stretch};
+  options.halo_px = RenderOptions{}.halo_px / stretch;
+}
+
+// Draws the picture in motion that has begun. What takes longer than a part is begun again, with one sample a pixel and
+// with larger pixels. `begin`: of the picture that is drawn to its end.
+void SceneView::Impl::drawInTime(const SceneFrame& f, Clock::time_point& begin) {
+  for (double part_ms = f.budget.moving_part_ms;; part_ms /= 2) {
+    const double done = renderer.advance(part_ms);
+    if (done >= 1) return;
+    // Cones come last: the picture takes longer than its first part says.
+    double expected_ms = 2 * since_ms(begin) / std::max(done, 1e-3) / (options.samples * options.samples);
+    const Detail before = detail();
+    int wanted = stretch;
+    while (expected_ms > part_ms && wanted < SceneBudget::kMostStretch) wanted *= 2, expected_ms /= 4;
+    options.samples = 1;
+    options.shade_um = 0;
+    stretchTo(f, wanted);
+    if (detail() == before) break;
+    begin = Clock::now();
+    figures.drawn = renderer.begin(views, options);
+  }
+  renderer.advance(INFINITY);
 }
 
 // Begins the picture, or goes on with it.
 void SceneView::Impl::advance(const SceneFrame& f, bool begins) {
-  const auto begin = std::chrono::steady_clock::now();
+  Clock::time_point begin = Clock::now();
   // As it stays if the driver refuses something: then the picture is not tried again.
   under_way = false;
   const bool had_picture = std::exchange(has_picture, true);
@@ -299,30 +339,36 @@ void SceneView::Impl::advance(const SceneFrame& f, bool begins) {
     drawn_ms = 0;
     figures.drawn = isQuick(f) ? renderer.draw(views, options) : renderer.begin(views, options);
   }
-  const double done = renderer.advance(moving ? f.budget.moving_part_ms : f.budget.part_ms);
-  under_way = done < 1;
+  if (begins && moving)
+    drawInTime(f, begin);
+  else
+    under_way = renderer.advance(f.budget.part_ms) < 1;
+  last_detail = detail();
   if (!under_way) renderer.finish();
-  drawn_ms += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+  drawn_ms += since_ms(begin);
   if (under_way) {
     has_picture = had_picture;
-    if (moving && begins) figures.expected_ms = drawn_ms / std::max(done, 1e-3);
     return;
   }
   figures.redrawn = true;
   figures.picture_ms = drawn_ms;
+  figures.samples = options.samples;
+  figures.stretch = stretch;
   last_picture_s = f.time_s;
-  if (moving) return;
+  if (moving) {
+    sample_ms = drawn_ms * stretch * stretch / (options.samples * options.samples);
+    return;
+  }
+  sample_ms = 0;
   rest_ms = drawn_ms;
   rest_segments = counted.segments;
 }
 
 void SceneView::Impl::draw(const SceneFrame& f) {
-  const Detail detail{options.samples, options.shade_um};
   Signature now = signatureOf(f);
   first_s = std::min(first_s, f.time_s);
   figures.redrawn = false;
-  figures.expected_ms = 0;
-  if (renderer.isUnderWay() && now == last_picture && detail == last_detail) {
+  if (renderer.isUnderWay() && now == last_picture && detail() == last_detail) {
     advance(f, false);
   } else {
     if (changed) {
@@ -333,12 +379,12 @@ void SceneView::Impl::draw(const SceneFrame& f) {
     }
     // What was abandoned is still to be drawn.
     can_refine |= std::exchange(under_way, false);
-    can_refine |= tiles.takeChangeOfShown() || !(detail == last_detail);
+    can_refine |= tiles.takeChangeOfShown() || !(detail() == last_detail);
     if (isDue(f, now)) {
       putOverlays(f);
       // Before drawing: what the driver refuses is not tried again in each frame.
       last_picture = std::move(now);
-      last_detail = detail;
+      last_detail = detail();
       can_refine = false;
       advance(f, true);
     }

@@ -95,7 +95,7 @@ class Application::Impl {
       blank();
     if (window_.now_s() - last_state_s_ > kSaveState_s) writeState();
     frame_ms_ += 0.1 * (1000 * (window_.now_s() - begin_s) - frame_ms_);
-    answers_.endFrame(isLate());
+    answers_.endFrame();
     if (scene_ && presented_ > 0) longest_ms_ = std::max(longest_ms_, 1000 * (window_.now_s() - polled_s));
     ++frames_;
     return true;
@@ -294,9 +294,6 @@ class Application::Impl {
     serve(requests);
   }
 
-  // The picture of a new view is under way. One at rest shows the same view in more detail.
-  bool isLate() const { return scene_ && scene_->figures().drawing && scene_->figures().moving; }
-
   void present(bool picture_wanted) {
     renderer_.present(size_);
     window_.drawPanels();
@@ -304,7 +301,7 @@ class Application::Impl {
     window_.show();
     ++presented_;
     changed_s_ = window_.now_s();
-    answers_.presented(changed_s_, isLate());
+    answers_.presented(changed_s_);
   }
 
   void drawScene() {
@@ -360,8 +357,10 @@ class Application::Impl {
     drawOpening(window_.points(), window_.scale() / window_.pixelsPerPoint(), what,
                 opening ? now_s_ - opening_.since_s() : -1, messages);
     if (!window_.endPanels() && same_size) return;
+    const bool is_first = presented_ == 0;
     renderer_.draw({EyeView{}, EyeView{}}, {.size = size_, .samples = 1, .background = groundOf(settings_.theme)});
     present(false);
+    if (is_first) renderer_.warmUp();  // beside the opening
   }
 
   PanelData panelData() const {

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -20,6 +19,7 @@ SceneFigures draw(const FrameGovernor& governor, bool moving, double us) {
   figures.limited = true;
   figures.segments = moving ? budget.moving_segments : budget.segments;
   const int samples = moving ? budget.moving_samples : budget.samples;
+  figures.samples = samples;
   figures.picture_ms = 1e-3 * us * static_cast<double>(figures.segments) * (samples > 1 ? 5 : 1);
   return figures;
 }
@@ -43,7 +43,7 @@ TEST(FrameGovernors, MotionKeepsItsTimeAtAnySpeed) {
   }
 }
 
-// A picture of which a part is wrong by many pixels uses 100 ms, a good one 50.
+// A picture of which a part is wrong by many pixels uses kCoarse_ms, a good one kMoving_ms.
 TEST(FrameGovernors, CoarsePicturesInMotionHaveMoreTime) {
   constexpr double kUs = 2;
   for (const double error_px : {30.0, 1.0}) {
@@ -92,22 +92,46 @@ TEST(FrameGovernors, RestGrowsAndShrinksInMotionOnly) {
   EXPECT_LT(slow.budget().segments, first);
 }
 
-// Pictures that were abandoned, with the time that they would have taken.
 TEST(FrameGovernors, AfterALatePictureInMotionTheNextOneIsInTime) {
   FrameGovernor governor;
   int late = 0;
   for (SceneFigures figures = draw(governor, true, 10); figures.picture_ms > FrameGovernor::kLate_ms; ++late) {
     ASSERT_LT(late, 3);
-    figures.redrawn = false;
-    figures.expected_ms = std::exchange(figures.picture_ms, 0);
     governor.drew(figures);
     figures = draw(governor, true, 10);
   }
   EXPECT_GT(late, 0);
-  // The smallest picture is drawn to its end.
   for (int i = 0; i < 20; ++i) governor.drew(draw(governor, true, 1000));
   EXPECT_EQ(governor.budget().moving_segments, FrameGovernor::kLeastSegments);
-  EXPECT_EQ(governor.budget().moving_part_ms, INFINITY);
+}
+
+// Few cones that cover the picture: their time is that of their pixels.
+TEST(FrameGovernors, LargerPixelsStayWhileTheyAreNeeded) {
+  FrameGovernor governor;
+  SceneFigures figures = draw(governor, false, 0.1);
+  figures.segments = 1000;
+  figures.picture_ms = 20'000;
+  governor.drew(figures);
+  EXPECT_EQ(governor.budget().moving_stretch, 8);
+  double full_ms = 1000;  // of a picture in motion with the screen's pixels
+  const auto move = [&] {
+    figures = draw(governor, true, 0);
+    figures.segments = 1000;
+    figures.stretch = governor.budget().moving_stretch;
+    figures.picture_ms = full_ms / (figures.stretch * figures.stretch);
+    governor.drew(figures);
+  };
+  for (int i = 0; i < 20; ++i) move();
+  EXPECT_LE(figures.picture_ms, FrameGovernor::kMoving_ms);
+  EXPECT_EQ(governor.budget().moving_stretch, 8);
+  full_ms = 30;
+  for (int i = 0; i < 20; ++i) move();
+  EXPECT_EQ(governor.budget().moving_stretch, 1);
+  // The scene view had to draw a picture again with larger pixels.
+  figures.samples = 1;
+  figures.stretch = 4;
+  governor.drew(figures);
+  EXPECT_EQ(governor.budget().moving_stretch, 4);
 }
 
 TEST(FrameGovernors, APictureAtRestTellsWhatMotionCosts) {

@@ -71,7 +71,7 @@ TEST_F(Renderers, InBlocksFewSegmentsAreConesForAnEyeInside) {
 }
 
 struct CallCounts {
-  int uniforms = 0, attributes = 0, buffers = 0;
+  int uniforms = 0, attributes = 0, buffers = 0, reads = 0;
 };
 
 // Counts the calls of some functions of OpenGL while it lives.
@@ -93,8 +93,14 @@ class CallCounter {
       ++counts_.buffers;
       buffers_(count, made);
     });
+    reads_ = std::exchange(epoxy_glReadPixels, [](GLint x, GLint y, GLsizei width, GLsizei height, GLenum format,
+                                                  GLenum type, void* pixels) {
+      ++counts_.reads;
+      reads_(x, y, width, height, format, type, pixels);
+    });
   }
   ~CallCounter() {
+    epoxy_glReadPixels = reads_;
     epoxy_glUniform3fv = uniforms_;
     epoxy_glVertexAttribPointer = attributes_;
     epoxy_glGenBuffers = buffers_;
@@ -106,6 +112,7 @@ class CallCounter {
   static inline PFNGLUNIFORM3FVPROC uniforms_ = nullptr;
   static inline PFNGLVERTEXATTRIBPOINTERPROC attributes_ = nullptr;
   static inline PFNGLGENBUFFERSPROC buffers_ = nullptr;
+  static inline PFNGLREADPIXELSPROC reads_ = nullptr;
 };
 
 TEST_F(Renderers, APictureThatDiffersLittleSendsLittle) {
@@ -226,6 +233,33 @@ TEST_F(Renderers, NeuritesThatHaveFadedAwayShadeNothing) {
   glDeleteQueries(1, &query);
 }
 
+// Somata around the eye, as where many cells lie at the origin: they cost as much as one, and the picture stays.
+TEST_F(Renderers, OfBallsAroundTheEyeOneIsDrawn) {
+  if (!epoxy_has_gl_extension("GL_ARB_pipeline_statistics_query")) GTEST_SKIP() << "the driver does not count shading";
+  GLuint query = 0;
+  glGenQueries(1, &query);
+  NeuriteBatch nearest, all;
+  for (int i = 0; i < 50; ++i) {
+    const double z = 100 - 5 - (i + 17) % 50;  // the eye is at 100
+    append(all, ball(0.1 * i, 0, z, 300, i % 2 == 0 ? kRed : kGreen));
+    if ((i + 17) % 50 == 0) nearest = ball(0.1 * i, 0, z, 300, i % 2 == 0 ? kRed : kGreen);
+  }
+  const auto shaded = [&](const NeuriteBatch& batch, Picture& picture) {
+    renderer_.put(1, batch);
+    glBeginQuery(GL_FRAGMENT_SHADER_INVOCATIONS_ARB, query);
+    picture = draw(camera_);
+    glEndQuery(GL_FRAGMENT_SHADER_INVOCATIONS_ARB);
+    GLuint count = 0;
+    glGetQueryObjectuiv(query, GL_QUERY_RESULT, &count);
+    return static_cast<double>(count);
+  };
+  Picture one, many;
+  const double single = shaded(nearest, one);
+  EXPECT_LT(shaded(all, many), 1.5 * single);
+  EXPECT_EQ(one.rgb, many.rgb);
+  glDeleteQueries(1, &query);
+}
+
 // Each cone covers the whole picture: a part of many such cones would take seconds.
 TEST_F(Renderers, APartOfAPictureIsNoLongerThanItsTime) {
   NeuriteBatch batch = neurites({{-300, 0, 0, 40, 300, 0, 0, 40}}, kRed, Vector3d::Zero());
@@ -235,6 +269,11 @@ TEST_F(Renderers, APartOfAPictureIsNoLongerThanItsTime) {
   int parts = 1;
   while (renderer_.advance(0) < 1) ++parts;
   EXPECT_GT(parts, 64);
+  // However fast the first ones are, it looks at the clock often.
+  const CallCounter counter;
+  renderer_.begin(stereoViews(camera_, size_.aspect(), 0), {.size = size_});
+  EXPECT_EQ(renderer_.advance(1e9), 1);
+  EXPECT_GT(counter.counts().reads, 30);
 }
 
 }  // namespace

@@ -8,10 +8,10 @@ namespace {
 constexpr double kWait_s = 0.002;
 
 // A frame whose poll takes from begin_s to end_s, and which is on the screen at shown_s.
-void pass(AnswerTimes& times, double begin_s, double end_s, bool has_events, double shown_s, bool is_late = false) {
+void pass(AnswerTimes& times, double begin_s, double end_s, bool has_events, double shown_s) {
   times.poll(begin_s, end_s, has_events, kWait_s);
-  times.presented(shown_s, is_late);
-  times.endFrame(is_late);
+  times.presented(shown_s);
+  times.endFrame();
 }
 
 TEST(AnswerTimes, AnEventThatEndsAWaitCountsFromThere) {
@@ -28,19 +28,11 @@ TEST(AnswerTimes, AnEventOfTheFrameBeforeCountsFromItsPoll) {
   EXPECT_NEAR(times.longest_ms(), 149, 1e-9);
 }
 
-TEST(AnswerTimes, ALateFrameIsNoAnswer) {
-  AnswerTimes times;
-  pass(times, 0, 0.015, false, 0.02);
-  pass(times, 0.02, 0.03, true, 0.04, true);
-  pass(times, 0.04, 0.041, false, 0.2);
-  EXPECT_NEAR(times.longest_ms(), 170, 1e-9);
-}
-
 TEST(AnswerTimes, AnEventThatChangesNothingIsForgotten) {
   AnswerTimes times;
   pass(times, 0, 0.015, false, 0.02);
   times.poll(0.02, 0.03, true, kWait_s);
-  for (int frame = 0; frame < 6; ++frame) times.endFrame(false);
+  for (int frame = 0; frame < 6; ++frame) times.endFrame();
   pass(times, 1, 1.001, false, 2);
   EXPECT_EQ(times.longest_ms(), 0);
 }

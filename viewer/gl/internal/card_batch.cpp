@@ -3,6 +3,7 @@
 #include "viewer/gl/internal/gl_objects.h"
 
 #include <algorithm>
+#include <cmath>
 #include <span>
 #include <utility>
 
@@ -28,12 +29,20 @@ void CardBatch::put(const NeuriteBatch& batch, Layer layer) {
   shown = true;
   radii_um_.clear();
   radii_um_.reserve(segments.size());
-  for (const DrawnSegment& s : segments) radii_um_.push_back(std::max(s.a_radius_um, s.b_radius_um));
+  lengths_um_.clear();
+  lengths_um_.reserve(segments.size());
+  for (const DrawnSegment& s : segments) {
+    radii_um_.push_back(std::max(s.a_radius_um, s.b_radius_um));
+    lengths_um_.push_back(std::hypot(s.b_um[0] - s.a_um[0], s.b_um[1] - s.a_um[1], s.b_um[2] - s.a_um[2]));
+  }
   blocks_.clear();
+  balls_um_.clear();
   const auto addBlock = [&](std::size_t begin, std::size_t end, const Vector3d& lo_W, const Vector3d& hi_W) {
     const auto own = segments.subspan(begin, end - begin);
     const auto balls = std::partition_point(own.begin(), own.end(), isBall) - own.begin();
-    blocks_.push_back({begin, begin + static_cast<std::size_t>(balls), end, lo_W, hi_W});
+    blocks_.push_back({begin, begin + static_cast<std::size_t>(balls), end, balls_um_.size(), lo_W, hi_W});
+    for (auto ball = own.begin(); ball < own.begin() + balls; ++ball)
+      balls_um_.emplace_back(ball->a_um[0], ball->a_um[1], ball->a_um[2]);
   };
   std::size_t begin = 0;
   for (const NeuriteBatch::Block& block : batch.blocks)

@@ -30,7 +30,7 @@ class CardBatch {
 
   // Segments that lie together, sorted for drawing (neurite_batches.h): balls first.
   struct Block {
-    std::size_t begin, balls_end, end;
+    std::size_t begin, balls_end, end, first_ball;
     Vector3d lo_W, hi_W;
 
     bool isSeen(const LevelView& view) const;
@@ -45,6 +45,12 @@ class CardBatch {
   // The end of a block's balls, or of its other segments, with at least this radius. O(log segments).
   std::size_t ballsAtLeastAsThickAs(const Block& block, double radius_um) const;
   std::size_t atLeastAsThickAs(const Block& block, double radius_um) const;
+  // A ball of a block, from the origin.
+  const Eigen::Vector3f& ball_um(const Block& block, std::size_t i) const {
+    return balls_um_[block.first_ball + i - block.begin];
+  }
+  double radius_um(std::size_t i) const { return radii_um_[i]; }
+  double length_um(std::size_t i) const { return lengths_um_[i]; }
   const Vector3d& origin_W() const { return origin_W_; }
   double pixel_um() const { return pixel_um_; }
   Layer layer() const { return layer_; }
@@ -61,7 +67,8 @@ class CardBatch {
   Vector3d origin_W_;
   double pixel_um_ = 0;
   Layer layer_ = Layer::neurites;
-  std::vector<float> radii_um_;  // of the segments
+  std::vector<float> radii_um_, lengths_um_;  // of the segments
+  std::vector<Eigen::Vector3f> balls_um_;
   std::vector<Block> blocks_;
   std::array<Vertices, 5> vertices_{};  // by From
   GLuint buffer_ = 0;

@@ -47,6 +47,10 @@ struct Piece {
   CardBatch::From from;
   CardBatch* batch;
   std::size_t first, count;
+  double um_px;  // size of a sample where the segments are nearest; of lines: they cost little
+
+  // The number of segments from first + `begin` on, at least one, that cover few samples of a picture of this size.
+  std::size_t quickGroup(std::size_t begin, const PictureSize& size) const;
 };
 
 // Replaces `pieces` by those of one eye's view. Within a stage, neurites near the eye come first: those cost most.

@@ -19,14 +19,14 @@ class AnswerTimes {
     }
     polled_s_ = end_s;
   }
-  // A frame is on the screen. `is_late`: it does not show the new view yet.
-  void presented(double now_s, bool is_late) {
+  // A frame is on the screen.
+  void presented(double now_s) {
     has_presented_ = true;
-    if (asked_s_ >= 0 && !is_late) longest_ms_ = std::max(longest_ms_, 1000 * (now_s - std::exchange(asked_s_, -1)));
+    if (asked_s_ >= 0) longest_ms_ = std::max(longest_ms_, 1000 * (now_s - std::exchange(asked_s_, -1)));
   }
   // Events that no frame has shown by now change nothing that is shown.
-  void endFrame(bool is_late) {
-    if (!is_late && frame_ > asked_frame_ + kAnswered_frames) asked_s_ = -1;
+  void endFrame() {
+    if (frame_ > asked_frame_ + kAnswered_frames) asked_s_ = -1;
     ++frame_;
   }
   double longest_ms() const { return longest_ms_; }

@@ -42,7 +42,7 @@ struct Stage {
     do {
       frame(wanted);
       if (figures.pending > 0) scene.waitForTiles(0.1);
-    } while (figures.pending > 0);
+    } while (figures.pending > 0 || figures.drawing);
   }
 
   std::unique_ptr<TileSet> set;
