@@ -27,14 +27,14 @@ class SearchTiles : public ::testing::Test {
   std::uint32_t reads_ = 0;
 
   std::uint64_t bytesOf(std::initializer_list<TileId> tiles) {
-    TileCache all(store_, all_, "packed", UINT64_MAX);
+    TileCache all(store_, all_, TileEngineKind::packed, UINT64_MAX);
     for (const TileId tile : tiles) all.get(tile, reads_);
     return all.bytes();
   }
 };
 
 TEST_F(SearchTiles, TileIsReadOnce) {
-  TileCache cache(store_, all_, "packed", UINT64_MAX);
+  TileCache cache(store_, all_, TileEngineKind::packed, UINT64_MAX);
   EXPECT_FALSE(cache.find(3));
   EXPECT_EQ(cache.get(3, reads_)->tile->id(), 3u);
   EXPECT_EQ(cache.get(3, reads_)->tile->id(), 3u);
@@ -44,7 +44,7 @@ TEST_F(SearchTiles, TileIsReadOnce) {
 }
 
 TEST_F(SearchTiles, LeasedTileOutlivesItsEviction) {
-  TileCache cache(store_, all_, "packed", 0);
+  TileCache cache(store_, all_, TileEngineKind::packed, 0);
   {
     const TileCache::Lease lease = cache.get(1, reads_);
     EXPECT_FALSE(cache.find(1));
@@ -60,7 +60,7 @@ TEST_F(SearchTiles, LeasedTileOutlivesItsEviction) {
 
 TEST_F(SearchTiles, UsedTileStaysAndTheOldestOthersGo) {
   const std::uint64_t room = bytesOf({1, 2, 3, 4});
-  TileCache cache(store_, all_, "packed", room);
+  TileCache cache(store_, all_, TileEngineKind::packed, room);
   for (const TileId tile : {1, 2, 3, 4}) cache.get(tile, reads_);
   EXPECT_TRUE(cache.find(1));
   for (TileId tile = 5; cache.isHere(2); ++tile) cache.get(tile, reads_);
@@ -68,7 +68,7 @@ TEST_F(SearchTiles, UsedTileStaysAndTheOldestOthersGo) {
 }
 
 TEST_F(SearchTiles, ThreadsThatEvictEachOthersTilesSeeTheRightOnes) {
-  TileCache cache(store_, all_, "packed", bytesOf({1, 2}));
+  TileCache cache(store_, all_, TileEngineKind::packed, bytesOf({1, 2}));
   std::atomic<int> wrong{0};
   std::vector<std::thread> threads;
   for (unsigned t = 0; t < 4; ++t)
@@ -86,7 +86,7 @@ TEST_F(SearchTiles, ThreadsThatEvictEachOthersTilesSeeTheRightOnes) {
 }
 
 TEST_F(SearchTiles, TilesReadAheadCountOnceAndOnlyWhenUsed) {
-  TileCache cache(store_, all_, "packed", UINT64_MAX);
+  TileCache cache(store_, all_, TileEngineKind::packed, UINT64_MAX);
   const std::vector<TileId> tiles{5, 2, 9, 2};
   EXPECT_TRUE(cache.readAhead(tiles));
   EXPECT_TRUE(cache.readAhead(tiles));
@@ -108,7 +108,7 @@ TEST_F(SearchTiles, TilesReadAheadTakeLittleMemory) {
     for (const TileId tile : tiles) largest = std::max(largest, store_.entry(tile).decoded_bytes);
     return largest;
   };
-  TileCache cache(store_, all_, "packed", 0);
+  TileCache cache(store_, all_, TileEngineKind::packed, 0);
   for (std::size_t first = 0; first < all.size(); first += 100)
     cache.readAhead(std::span(all).subspan(first, std::min<std::size_t>(100, all.size() - first)));
   EXPECT_LE(store_.heldBytes(), TileCache::kLeastAhead * largestOf(all));
@@ -117,7 +117,7 @@ TEST_F(SearchTiles, TilesReadAheadTakeLittleMemory) {
 
 TEST_F(SearchTiles, TileThatCannotBeReadAheadIsLeftToItsUse) {
   store_.failLoads(4);
-  TileCache cache(store_, all_, "packed", UINT64_MAX);
+  TileCache cache(store_, all_, TileEngineKind::packed, UINT64_MAX);
   EXPECT_FALSE(cache.readAhead(std::vector<TileId>{3, 4, 5}));
   EXPECT_EQ(cache.get(3, reads_)->tile->id(), 3u);
   EXPECT_THROW(cache.get(4, reads_), CorruptTile);

@@ -185,7 +185,7 @@ TEST(Run, NoTravelSucceedsWhereTheHandHasArrivedBeforeItMoves) {
   for (const double zoom_um : {3e4, 3e5, 1e6, 1.1e6, 1e300, 1e-7, 0.0})
     for (const char* route : {"longest", "tour:1"}) {
       options.zoom_um = zoom_um;
-      options.route = route;
+      options.route = routeChoiceOf(route);
       EXPECT_THROW(run(*store, options), UsageError) << zoom_um << route;
     }
   options.zoom_um = 2e4;
