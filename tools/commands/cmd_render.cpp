@@ -159,6 +159,7 @@ SceneFrame frameOf(const TileStore& store, const RenderArguments& a,
   frame.colour = parseColouring(a.colour_by).kind.value_or(ColourBy::cell);
   frame.orthographic = a.orthographic;
   frame.background = a.figure.ground(themeOf(a.theme));
+  frame.flat = !a.figure.background.empty();
   frame.eyes = {.gain = a.separation, .widening = a.widening};
   frame.budget.segments = a.segments;
   frame.budget.samples = a.samples;

@@ -20,7 +20,8 @@ void drawScaleBar(Canvas& canvas, const PictureSize& size, double px_um, double 
   const ScaleBar bar = scaleBar(1 / px_um, size.width / 5.0);
   const double right = size.width - 2 * capital, y = size.height - 2 * capital;
   canvas.fill(right - bar.length_px, y, right, y + std::max(2.0, capital / 4), ink);
-  canvas.text(bar.text, {right - bar.length_px / 2, y - 0.6 * capital}, capital, ink, Align::centre);
+  const std::string text = bar.text.ends_with(" um") ? bar.text.substr(0, bar.text.size() - 2) + "\u00b5m" : bar.text;
+  canvas.text(text, {right - bar.length_px / 2, y - 0.6 * capital}, capital, ink, Align::centre);
 }
 
 void drawOrientation(Canvas& canvas, const PictureSize& size, const EyeView& view, double capital, Rgba ink) {

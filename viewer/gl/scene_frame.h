@@ -51,6 +51,7 @@ struct SceneFrame {
   std::shared_ptr<const CellColours> cell_colours{};  // if set: replace `colour`
   std::optional<std::uint32_t> cell{};  // highlighted: drawn in full resolution over the others, which are dimmed
   bool orthographic = false;            // see parallel()
+  bool flat = false;                    // without fog and eye-dome lighting
   Rgba background = kDarkGround;
   // From any clock that never runs backwards. Used to detect rest, to smooth the eye separation, and to retry tiles.
   double time_s = 0;

@@ -206,6 +206,7 @@ void SceneView::Impl::prepare(const SceneFrame& f, bool whole) {
   if (moving) options.most_highlighted = f.budget.moving_segments / kOwnPart;
   stretchTo(f, moving ? f.budget.moving_stretch : 1);
   const DepthRange range = fitDepths(f);
+  if (f.flat) options.fog_most = options.shade_um = 0;
   double ratio = 0;
   if (f.stereo != StereoMode::mono) {
     const double width_tan = std::tan(fitted.height_angle_rad / 2) * eye.aspect();
@@ -259,6 +260,7 @@ Signature SceneView::Impl::signatureOf(const SceneFrame& f) const {
   for (const int x : {f.size.width, f.size.height, static_cast<int>(f.stereo)}) now.add(x);
   for (const int x : {f.background.r, f.background.g, f.background.b}) now.add(x);
   now.add(f.overlay_scale);
+  now.add(f.flat ? 1 : 0);
   if (f.workspace != nullptr) {
     now.add(f.workspace->centre_W());
     now.add(f.workspace->rotationMatrix());

@@ -44,7 +44,8 @@ PictureSize FigureArguments::size(const std::string& size, int most) const {
 void addFigureArguments(CLI::App& command, FigureArguments& arguments) {
   command
       .add_option("--background", arguments.background,
-                  "draw on this ground instead of the theme's; none: PNG is transparent, SVG and PDF have no ground")
+                  "draw on this ground instead of the theme's, without fog and shading by depth; none: PNG is "
+                  "transparent, SVG and PDF have no ground")
       ->type_name("white|dark|none");
   command.add_flag("--scale-bar", arguments.scale_bar,
                    "add a scale bar; its length is correct at the depth of the view's middle");
