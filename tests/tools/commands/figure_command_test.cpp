@@ -28,14 +28,15 @@ class FigureCommand : public ::testing::Test {
   }
   static void TearDownTestSuite() { folder_.reset(); }
   void SetUp() override {
-    const Outcome tried = runFiliform({"render", path("c.fil"), "-o", path("try.png"), "--size", "16x16"});
+    const Outcome tried = render("try.png", {"--size", "16x16"});
     if (tried.exit_code == 3 && tried.err.find("OpenGL") != std::string::npos) GTEST_SKIP() << tried.err;
     ASSERT_EQ(tried.exit_code, 0) << tried.err;
   }
   static std::string path(const std::string& name) { return folder_->file(name); }
   static Outcome render(const std::string& out, std::vector<std::string> words) {
     words.insert(words.begin(), {"render", path("c.fil"), "-o", path(out)});
-    return runFiliform(words);
+    // The OpenGL driver leaks (see tests/CMakeLists.txt).
+    return test::runFiliformInShell("ASAN_OPTIONS=detect_leaks=0:strict_string_checks=1 exec \"$@\"", words);
   }
   static void expectRendered(const std::string& out, const std::vector<std::string>& words) {
     const Outcome outcome = render(out, words);

@@ -35,7 +35,7 @@ PictureSize FigureArguments::size(const std::string& size, int most) const {
                height_mm = parseNumber("--size-mm", size_mm.substr(cross + 1));
   const double width = std::round(width_mm / 25.4 * dpi), height = std::round(height_mm / 25.4 * dpi);
   if (!(width >= 1 && height >= 1 && width <= most && height <= most))
-    throw UsageError("--size-mm " + inShort(size_mm) + " with " + formatNumber(dpi) + " dots an inch is " +
+    throw UsageError("--size-mm " + inShort(size_mm) + " with " + formatNumber(dpi) + " pixels an inch is " +
                      formatNumber(width) + " x " + formatNumber(height) + " pixels; a side has 1 to " +
                      std::to_string(most));
   return {static_cast<int>(width), static_cast<int>(height)};
@@ -56,7 +56,7 @@ void addFigureArguments(CLI::App& command, FigureArguments& arguments) {
   CLI::Option* size = command.add_option("--size-mm", arguments.size_mm, "size on paper, mm, instead of --size")
                           ->type_name("WxH")
                           ->excludes(command.get_option("--size"));
-  command.add_option("--dpi", arguments.dpi, "dots an inch, for --size-mm")
+  command.add_option("--dpi", arguments.dpi, "pixels an inch, for --size-mm")
       ->capture_default_str()
       ->needs(size)
       ->check(CLI::Range(10.0, 2400.0));
