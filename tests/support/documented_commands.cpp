@@ -179,8 +179,8 @@ RunnableCommand runnable(const std::string& text) {
   if (help || name.empty()) return command;
   if (name == "synth") shortened |= lowerOption(line, "--cells", 3);
   if (name == "navigate") shortened |= setOption(line, "--seconds", "0.5");
-  const bool on_paper = std::find(line.begin(), line.end(), "--size-mm") != line.end();
-  if (name == "render" && !on_paper) shortened |= setOption(line, "--size", "160x100");
+  if (name == "render" && line.find(" --size-mm") == std::string::npos)
+    shortened |= setOption(line, "--size", "160x100");
   if (name == "evaluate") {
     setOption(line, "--routes", "2");
     if (line.find(" --methods") == std::string::npos) line += " --methods climb";
