@@ -346,14 +346,8 @@ SearchCounts Nearest::forEachNearest(const Vector3d& h_W, const NearestQuery& qu
   if (query.epsilon != 0 || query.resident_only)
     throw UsageError("segments in order of distance need an exact search: without epsilon and resident_only");
   NearestQuery some = query;
-  std::vector<NearestResult> results;
-  return internal::visitInRounds(
-      results,
-      [&](std::size_t most) {
-        some.k = most;
-        return find(h_W, some, results);
-      },
-      visit);
+  return internal::visitInRounds<NearestResult>(
+      some.k, [&](std::vector<NearestResult>& results) { return find(h_W, some, results); }, visit);
 }
 
 void Nearest::forEach(std::span<const Vector3d> points, const NearestQuery& query, unsigned threads,

@@ -64,14 +64,8 @@ std::vector<RayHit> Nearest::alongRay(const RayQuery& ray) const {
 
 SearchCounts Nearest::forEachAlongRay(const RayQuery& ray, const std::function<bool(const RayHit&)>& visit) const {
   RayQuery some = ray;
-  std::vector<RayHit> hits;
-  return internal::visitInRounds(
-      hits,
-      [&](std::size_t most) {
-        some.most = most;
-        return alongRay(some, hits);
-      },
-      visit);
+  return internal::visitInRounds<RayHit>(
+      some.most, [&](std::vector<RayHit>& hits) { return alongRay(some, hits); }, visit);
 }
 
 SearchCounts Nearest::alongRay(const RayQuery& ray, std::vector<RayHit>& hits) const {

@@ -6,14 +6,16 @@
 
 namespace filiform::internal {
 
-// find(most) puts the first so many results into `results`, and returns what it cost. visit(result) returns false to
-// end.
+// find(results) fills the list with the first `most` results, and returns what it cost; visit(result) returns false to
+// end. Sets `most`, a part of what find() asks for.
 template <class Result, class Find, class Visit>
-auto visitInRounds(std::vector<Result>& results, const Find& find, const Visit& visit) {
+auto visitInRounds(std::size_t& most, const Find& find, const Visit& visit) {
   constexpr std::size_t kFirst = 8, kGrowth = 4;
-  decltype(find(kFirst)) counts{};
-  for (std::size_t most = kFirst, seen = 0;; most *= kGrowth) {
-    counts += find(most);
+  std::vector<Result> results;
+  decltype(find(results)) counts{};
+  std::size_t seen = 0;
+  for (most = kFirst;; most *= kGrowth) {
+    counts += find(results);
     for (; seen < results.size(); ++seen)
       if (!visit(results[seen])) return counts;
     if (results.size() < most) return counts;

@@ -102,11 +102,11 @@ TEST_F(FigureCommand, VectorsCoverWhatThePictureCovers) {
 }
 
 TEST_F(FigureCommand, OnlyDrawsTheNamedCellsInTheirColours) {
-  std::ofstream(path("names.txt")) << "cell_00004\r\nnobody\n\ncell_00001\n";
+  std::ofstream(path("names.txt")) << "cell_00004\r\nno_such_cell\n\ncell_00001\n";
   const Outcome listed = render("listed.png", {"--only", "@" + path("names.txt"), "--size", "900x600", "--background",
                                                "white", "--samples", "4", "--json"});
   ASSERT_EQ(listed.exit_code, 0) << listed.err;
-  EXPECT_NE(listed.err.find("does not have 1 of 3 names, such as nobody"), std::string::npos) << listed.err;
+  EXPECT_NE(listed.err.find("does not have 1 of 3 names, such as no_such_cell"), std::string::npos) << listed.err;
   EXPECT_TRUE(listed.oneLineOnStderr());
   expectRendered("named.png", kTwo);
   EXPECT_EQ(test::readPng(path("listed.png")).rgb, test::readPng(path("named.png")).rgb);
