@@ -67,10 +67,10 @@ class Levels {
 };
 
 // Compares every level tile with the full-resolution tiles below it. All owned segments must be counted, and each cell
-// must have a segment or ball in the tile or beside it (in the tiles directly below the same tile), unless the tile is
-// `coarser`. Each full-resolution segment must lie within the stated error of the tile's neurites of its cell. If it
-// does not, segments of the tile or beside it must cover its pixels. Each segment of the tile must lie within the error
-// of its cell. Returns one line a problem. O(segments * levels).
+// must have a segment or ball in the tile or beside it (in the tiles directly below the same tile; of the outermost
+// block in all that are as fine), unless the tile is `coarser`. Each full-resolution segment must lie within the stated
+// error of the tile's neurites of its cell. If it does not, segments of the tile or beside it must cover its pixels.
+// Each segment of the tile must lie within the error of its cell. Returns one line a problem. O(segments * levels).
 std::vector<std::string> checkLevels(const TileSet& set, const Levels& levels);
 
 }  // namespace filiform

@@ -5,8 +5,10 @@
 #include "index/levels/levels.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <limits>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -19,8 +21,6 @@ namespace filiform {
 namespace {
 
 using internal::LevelPieces;
-
-constexpr MortonKey kLastKey = (MortonKey{1} << kMortonBits) - 1;
 
 // A segment that a full-resolution tile owns.
 struct FullSegment {
@@ -39,22 +39,21 @@ std::vector<FullSegment> ownedOf(const Tile& tile) {
   return owned;
 }
 
-// The level tiles directly below one tile. Their segments together cover the pixels of what each of them hides.
+// The level tiles beside one: those with which its segments were hidden. Their segments together cover the pixels of
+// what each of them hides.
 class Siblings {
  public:
-  // `first`: the first of them; `last`: the last key of the tile above.
-  Siblings(const Levels& levels, LevelId first, MortonKey last) {
+  Siblings(const Levels& levels, const std::vector<LevelId>& beside) {
     std::vector<std::shared_ptr<const Tile>> tiles;
     double pixel_um = 0;
     bool hides_some = false;
-    for (LevelId level = first; level < levels.size() && levels.entry(level).key.low <= last;) {
+    for (const LevelId level : beside) {
       const LevelEntry& entry = levels.entry(level);
       tiles.push_back(levels.load(level));
       addBalls(*tiles.back(), levels.loadAppearance(level));
       pixel_um = std::max(pixel_um, checkedPixel_um(entry, *tiles.back()));
       hides_some |= entry.hidden > 0;
       for (std::uint32_t s = 0; s < tiles.back()->segment_count(); ++s) cells_.insert(tiles.back()->segmentId(s).cell);
-      while (level < levels.size() && levels.entry(level).key.low <= entry.key.high()) ++level;
     }
     cover_.emplace(pixel_um);
     for (const auto& tile : tiles)
@@ -94,6 +93,53 @@ class Siblings {
   std::optional<internal::PixelCover> cover_;
 };
 
+// The level tiles beside each: those directly below the same tile. Of the outermost block, whose levels are parted
+// anew, those that show the rest of the set as finely.
+class Beside {
+ public:
+  explicit Beside(const Levels& levels) : levels_(levels) {}
+
+  std::shared_ptr<Siblings> of(LevelId level) {
+    const LevelEntry& own = levels_.entry(level);
+    const LevelId above = levels_.above({true, level, 0, 0});
+    Fineness most{0, 0};
+    if (!isCoarser(above))
+      most = {INFINITY, INFINITY};
+    else if (own.coarser > 0)
+      most = {own.error_um, own.pixel_um};
+    std::shared_ptr<Siblings>& made = made_[{isCoarser(above) ? Levels::kRoots : above, most}];
+    if (!made) {
+      std::vector<LevelId> tiles;
+      collect(isCoarser(above) ? Levels::kRoots : above, most, tiles);
+      made = std::make_shared<Siblings>(levels_, tiles);
+    }
+    return made;
+  }
+
+ private:
+  using Fineness = std::pair<double, double>;  // error, pixel
+
+  // True for the outermost block's coarser tiles, and for what contains all.
+  bool isCoarser(LevelId level) const {
+    for (; level != Levels::kRoots; level = levels_.above({true, level, 0, 0}))
+      if (levels_.entry(level).coarser == 0) return false;
+    return true;
+  }
+  void collect(LevelId above, const Fineness& most, std::vector<LevelId>& tiles) const {
+    for (const LevelPart& part : levels_.below(above)) {
+      if (!part.level) continue;
+      const LevelEntry& entry = levels_.entry(part.tile);
+      if (entry.coarser > 0 && (entry.error_um > most.first || entry.pixel_um > most.second))
+        collect(part.tile, most, tiles);
+      else
+        tiles.push_back(part.tile);
+    }
+  }
+
+  const Levels& levels_;
+  std::map<std::pair<LevelId, Fineness>, std::shared_ptr<Siblings>> made_;
+};
+
 // One level tile while the full-resolution tiles below it go by.
 class OpenLevel {
  public:
@@ -102,7 +148,6 @@ class OpenLevel {
                   std::move(siblings)) {}
 
   MortonKey high() const { return entry_.key.high(); }
-  std::shared_ptr<Siblings> below;  // once the first of them is open
 
   void add(const std::vector<FullSegment>& segments) {
     owned_ += segments.size();
@@ -180,7 +225,7 @@ class OpenLevel {
 std::vector<std::string> checkLevels(const TileSet& set, const Levels& levels) {
   std::vector<std::string> problems;
   std::vector<OpenLevel> inside;
-  std::shared_ptr<Siblings> roots;
+  Beside beside(levels);
   const auto finish = [&] {
     const std::vector<std::string> found = inside.back().finish();
     problems.insert(problems.end(), found.begin(), found.end());
@@ -196,10 +241,7 @@ std::vector<std::string> checkLevels(const TileSet& set, const Levels& levels) {
         problems.push_back("level tile " + std::to_string(level) + ": it contains no tile");
         continue;
       }
-      std::shared_ptr<Siblings>& siblings = inside.empty() ? roots : inside.back().below;
-      if (!siblings)
-        siblings = std::make_shared<Siblings>(levels, level, inside.empty() ? kLastKey : inside.back().high());
-      inside.emplace_back(set, levels, level, std::shared_ptr(siblings));
+      inside.emplace_back(set, levels, level, beside.of(level));
     }
     if (inside.empty() && levels.size() > 0)
       problems.push_back("tile " + std::to_string(id) + ": no level tile contains it");

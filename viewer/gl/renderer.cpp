@@ -134,6 +134,7 @@ struct Renderer::Impl {
   void copySurfaces(std::size_t eye);
   void drawPieces(std::size_t eye, std::size_t most_segments);
   void composeRows(int first_row, int rows);
+  void mixIn(double shown);
 };
 
 Renderer::Renderer(GraphicsContext& context) {
@@ -367,6 +368,27 @@ void Renderer::Impl::composeRows(int first_row, int rows) {
   for (const GLuint unit : {3U, 2U, 1U, 0U}) bindPicture(unit, 0);
 }
 
+// Draws the last picture over the bound framebuffer, which has its size.
+void Renderer::Impl::mixIn(double shown) {
+  glDisable(GL_DEPTH_TEST);
+  glDisable(GL_CULL_FACE);
+  glEnable(GL_BLEND);
+  glBlendColor(0, 0, 0, static_cast<float>(shown));
+  glBlendFunc(GL_CONSTANT_ALPHA, GL_ONE_MINUS_CONSTANT_ALPHA);
+  glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+  glBindVertexArray(nothing);
+  Program& copying = composing(StereoMode::mono, 1, false);
+  copying.use();
+  copying.set("left_eye", 0);
+  copying.set("whole", whole().size());
+  copying.set("eye", whole().size());
+  glActiveTexture(GL_TEXTURE0);
+  glBindTexture(GL_TEXTURE_2D, whole().colour());
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+  glBindTexture(GL_TEXTURE_2D, 0);
+  glDisable(GL_BLEND);
+}
+
 RenderFigures Renderer::Impl::start(const std::array<EyeView, 2>& views, const RenderOptions& options) {
   const PictureSize& size = options.size;
   if (size.width < 1 || size.height < 1 || size.width > kMaxSize || size.height > kMaxSize)
@@ -497,14 +519,17 @@ void Renderer::finish() const {
   waitForPixel();
 }
 
-void Renderer::present(const PictureSize& window) const {
+void Renderer::present(const PictureSize& window, double shown) {
   if (window.width < 1 || window.height < 1)
     throw UsageError("the window has no pixels: width and height must be 1 or more");
   const PictureSize& size = impl_->whole().size();
   if (size.width == 0) return;
   glBindFramebuffer(GL_DRAW_FRAMEBUFFER, 0);
   glDisable(GL_SCISSOR_TEST);
-  const bool same = window.width == size.width && window.height == size.height;
+  const auto fits = [&window](const PictureSize& of) { return window.width == of.width && window.height == of.height; };
+  const bool same = fits(size);
+  const Target& before = impl_->wholes[1 - impl_->last];
+  const bool mixes = shown < 1 && same && fits(before.size()) && !isUnderWay() && !impl_->quad_buffer;
   const auto copy = [&](const Target& from, GLenum to) {
     from.bindForReading();
     if (impl_->quad_buffer) glDrawBuffer(to);
@@ -512,10 +537,11 @@ void Renderer::present(const PictureSize& window) const {
                       same ? GL_NEAREST : GL_LINEAR);
   };
   if (impl_->quad_buffer) copy(impl_->wholes_right[impl_->last], GL_BACK_RIGHT);
-  copy(impl_->whole(), GL_BACK_LEFT);
+  copy(mixes ? before : impl_->whole(), GL_BACK_LEFT);
   if (impl_->quad_buffer) glDrawBuffer(GL_BACK);
   glBindFramebuffer(GL_FRAMEBUFFER, 0);
   glViewport(0, 0, window.width, window.height);
+  if (mixes) impl_->mixIn(shown);
 }
 
 }  // namespace filiform

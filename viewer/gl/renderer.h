@@ -71,7 +71,9 @@ class Renderer {
   void finish() const;
   // Copies the last picture into the context's own framebuffer, and stretches it if the window has another size. That
   // framebuffer is bound afterwards. No effect before the first picture. Throws UsageError for a size below 1 x 1.
-  void present(const PictureSize& window) const;
+  // `shown` below 1: mixes the last picture with the one before, if both have the window's size, no other picture is
+  // under way, and it is not quad-buffer stereo.
+  void present(const PictureSize& window, double shown = 1);
 
  private:
   struct Impl;

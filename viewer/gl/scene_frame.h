@@ -70,6 +70,7 @@ struct SceneFrame {
 struct SceneFigures {
   RenderFigures drawn;
   bool redrawn = false;              // false: the last picture was kept
+  bool refined = false;              // redrawn: the view is that of the picture before
   bool drawing = false;              // a picture is drawn in parts: more frames are needed
   double picture_ms = 0;             // of the last new picture, all its parts together
   int samples = 0, stretch = 1;      // of the last new picture: across a pixel; screen pixels across a pixel

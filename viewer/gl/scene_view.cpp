@@ -384,6 +384,7 @@ void SceneView::Impl::draw(const SceneFrame& f) {
     can_refine |= tiles.takeChangeOfShown() || !(detail() == last_detail);
     if (isDue(f, now)) {
       putOverlays(f);
+      figures.refined = has_picture && now == last_picture;
       // Before drawing: what the driver refuses is not tried again in each frame.
       last_picture = std::move(now);
       last_detail = detail();

@@ -46,7 +46,9 @@ using internal::wantTexts;
 using internal::WindowActions;
 
 constexpr double kSaveState_s = 0.1;  // between two writes of the state
-constexpr double kBlank_s = 0.1;      // between two frames while no scene is open
+// What a finer picture adds fades in: the part of its first frame, and the time.
+constexpr double kFirstShown = 0.2, kFade_s = 0.25;
+constexpr double kBlank_s = 0.1;  // between two frames while no scene is open
 // Between two frames: while something is under way, otherwise, and once nothing has changed for kSettled_s.
 constexpr double kBusyWait_s = 0.001, kWait_s = 0.015, kRestWait_s = 0.05, kSettled_s = 0.5;
 
@@ -289,13 +291,17 @@ class Application::Impl {
     if (actions_.wantsKeyboard()) takeInput();  // a search that failed
     const PanelRequests requests = layPanels();
     const bool wanted = actions_.takeWindowPicture();
-    if (window_.endPanels() || figures.redrawn || wanted) present(wanted);
+    if (figures.redrawn) refined_s_ = figures.refined && !settings_.reduced_motion ? now_s_ : -INFINITY;
+    const double shown = std::min(kFirstShown + (now_s_ - refined_s_) / kFade_s, 1.0);
+    const bool fades = std::exchange(fading_, shown < 1) || shown < 1;
+    busy_ |= fades;
+    if (window_.endPanels() || figures.redrawn || fades || wanted) present(wanted, shown);
     screenshots_.advance();
     serve(requests);
   }
 
-  void present(bool picture_wanted) {
-    renderer_.present(size_);
+  void present(bool picture_wanted, double shown = 1) {
+    renderer_.present(size_, shown);
     window_.drawPanels();
     if (picture_wanted) screenshots_.save(window_.read());
     window_.show();
@@ -465,8 +471,10 @@ class Application::Impl {
 
   StateFile state_file_;
   double last_state_s_ = -1, last_blank_s_ = -1, frame_ms_ = 0, longest_ms_ = 0;
-  double entered_s_ = 0;  // the first scene
-  double changed_s_ = 0;  // the last event or presented frame
+  double entered_s_ = 0;          // the first scene
+  double changed_s_ = 0;          // the last event or presented frame
+  double refined_s_ = -INFINITY;  // the last picture of the same view: it fades in
+  bool fading_ = false;
   double greets_until_s_ = 0;
   std::uint64_t frames_ = 0, presented_ = 0, pictures_ = 0;
   internal::AnswerTimes answers_;

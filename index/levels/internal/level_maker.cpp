@@ -11,8 +11,10 @@ namespace {
 constexpr double kLayers = 5;  // segments are hidden if neurites cover a block's pixels so many times
 // A level tile has so many times fewer segments than the tiles below it, in full resolution or of a level.
 constexpr std::uint64_t kFewerThanAll = 5, kFewerThanLevel = 3;
-constexpr double kStep = 1.5;        // between tiles of the outermost block
-constexpr double kFewestParts = 16;  // of its coarsest tile
+// Of the outermost block's further levels: their units, in parts of its extent; a cut shows a fraction of the segments
+// that other cuts show; a tile has so many times fewer segments than the tiles below it.
+constexpr double kStep = 1.5, kMostParts = 2048, kFewestParts = 16, kFewer = 1.5;
+constexpr std::uint64_t kSmallerCut = 8;
 constexpr std::size_t kFewSegments = 256;
 constexpr std::size_t kKeptPoints = 1U << 14;  // of a block; more go to the spool until the block above is made
 constexpr std::size_t kMostPoints = 1U << 18;  // of the parts of a block without a level
@@ -60,16 +62,18 @@ class Coarsening {
     for (const NeuritePoint& point : neurites.points) box_.extend(point.p);
     length_ += accountOf(neurites, 0, neurites.paths.size()).length;
   }
+  double unit_um() const { return extentOf_um(block_, box_, grid_) / parts_; }
   void simplify(Neurites& neurites) const {
     constexpr double kLeast = 0.25;  // of the tolerance
     if (unit_um() > 0) filiform::simplify(neurites, grid_, std::max(kLeast * unit_um(), unit_um() - neurites.error_um));
   }
-  void hide(Neurites& all, bool every_cell, std::span<std::size_t> bounds = {}) const {
-    if (unit_um() > 0 && layers() > kLayers) filiform::hide(all, grid_, pixel_um(), every_cell, bounds);
+  // True if the neurites cover the pixels of a unit so often that hiding them pays.
+  bool isDense() const { return unit_um() > 0 && layers() > kLayers; }
+  void hide(Neurites& all, bool every_cell, std::span<std::size_t> bounds) const {
+    if (unit_um() > 0) filiform::hide(all, grid_, pixel_um(), every_cell, bounds);
   }
 
  private:
-  double unit_um() const { return extentOf_um(block_, box_, grid_) / parts_; }
   double pixel_um() const {
     constexpr double kMostPixels = 2048;  // of the extent of the content
     return std::max(unit_um(), (box_.hi - box_.lo).cast<double>().maxCoeff() * grid_.quantum_um() / kMostPixels);
@@ -88,22 +92,57 @@ class Coarsening {
   double length_ = 0;
 };
 
-// Some of the paths, whose points follow each other, with the error of all.
-Neurites someOf(const Neurites& all, std::size_t begin, std::size_t end) {
-  Neurites some;
-  some.error_um = all.error_um;
-  some.pixel_um = all.pixel_um;
-  some.paths.assign(all.paths.begin() + static_cast<std::ptrdiff_t>(begin),
-                    all.paths.begin() + static_cast<std::ptrdiff_t>(end));
-  const std::uint32_t first = begin < end ? some.paths.front().begin : 0;
-  for (NeuritePath& path : some.paths) path.begin -= first;
-  if (begin < end)
-    some.points.assign(all.points.begin() + first,
-                       all.points.begin() + first + some.paths.back().begin + some.paths.back().count);
-  return some;
-}
-
 }  // namespace
+
+// The cuts of a block, to be simplified and hidden together.
+class LevelMaker::Joined {
+ public:
+  explicit Joined(Neurites& all) : all_(all) {}
+
+  std::vector<Neurites> cuts;  // what each holds; without paths once it is added
+
+  // Adds the next cut to the others. Its paths follow theirs.
+  void add(Neurites& cut) {
+    bounds_.push_back(all_.paths.size());
+    append(all_, cut);
+    cut.paths = {};
+    cut.points = {};
+  }
+  void hide(const Coarsening& coarsening, bool every_cell, const Grid& grid) {
+    std::vector<Account> before;
+    for (std::size_t i = 0; i < cuts.size(); ++i) before.push_back(accountOf(all_, bounds_[i], end(i)));
+    coarsening.hide(all_, every_cell, bounds_);
+    for (std::size_t i = 0; i < cuts.size(); ++i) {
+      const Account left = accountOf(all_, bounds_[i], end(i));
+      cuts[i].represented -= before[i].segments - left.segments;
+      cuts[i].hidden += before[i].segments - left.segments;
+      cuts[i].hidden_um += std::max(0.0, before[i].length - left.length) * grid.quantum_um();
+    }
+  }
+  // A cut with its paths, and the error of all: branches may begin at a neurite of another cut.
+  Neurites part(std::size_t i) const {
+    Neurites some;
+    some.error_um = all_.error_um;
+    some.hidden = cuts[i].hidden;
+    some.hidden_um = cuts[i].hidden_um;
+    some.represented = cuts[i].represented;
+    if (some.hidden > 0) some.pixel_um = all_.pixel_um;
+    some.paths.assign(all_.paths.begin() + static_cast<std::ptrdiff_t>(bounds_[i]),
+                      all_.paths.begin() + static_cast<std::ptrdiff_t>(end(i)));
+    if (some.paths.empty()) return some;
+    const std::uint32_t first = some.paths.front().begin;
+    for (NeuritePath& path : some.paths) path.begin -= first;
+    some.points.assign(all_.points.begin() + first,
+                       all_.points.begin() + first + some.paths.back().begin + some.paths.back().count);
+    return some;
+  }
+
+ private:
+  std::size_t end(std::size_t i) const { return i + 1 < bounds_.size() ? bounds_[i + 1] : all_.paths.size(); }
+
+  Neurites& all_;
+  std::vector<std::size_t> bounds_;  // among the paths: where those of each cut begin
+};
 
 void BlockWork::begin(std::uint64_t points, std::uint64_t work_bytes) {
   constexpr std::uint64_t kMostTimes = 4;
@@ -158,24 +197,24 @@ LevelContent LevelMaker::leaf(const LeafRange& range) const {
 
 // Halves the block until few finer segments lie in each part. Pieces stay whole.
 void LevelMaker::cut(std::span<const LevelPiece> pieces, std::size_t begin, const LeafRange& range,
-                     std::vector<Cut>& cuts) const {
+                     std::uint64_t most_finer, std::vector<Cut>& cuts) const {
   std::uint64_t finer = 0;
   for (const LevelPiece& piece : pieces) finer += piece.finer;
   if (pieces.size() == 1) {
-    cuts.push_back({pieces[0].block, pieces[0].tiles_of_block, begin, begin + 1});
+    cuts.push_back({pieces[0].block, pieces[0].first_leaf, pieces[0].tiles_of_block, begin, begin + 1, finer});
     return;
   }
   const BlockKey block = blocks_.tightBlock(range);
-  if (finer <= blocks_.cutSegments()) {
-    cuts.push_back({block, 0, begin, begin + pieces.size()});
+  if (finer <= most_finer) {
+    cuts.push_back({block, pieces[0].first_leaf, 0, begin, begin + pieces.size(), finer});
     return;
   }
   const MortonKey upper = block.half(1).low;
   std::size_t lower = 1;
   while (lower < pieces.size() && blocks_.leaf(pieces[lower].first_leaf).low < upper) ++lower;
   const std::size_t middle = pieces[lower].first_leaf;
-  cut(pieces.first(lower), begin, {range.begin, middle}, cuts);
-  cut(pieces.subspan(lower), begin + lower, {middle, range.end}, cuts);
+  cut(pieces.first(lower), begin, {range.begin, middle}, most_finer, cuts);
+  cut(pieces.subspan(lower), begin + lower, {middle, range.end}, most_finer, cuts);
 }
 
 LevelContent LevelMaker::coarsened(const LeafRange& range, const BlockKey& block, LevelContent content,
@@ -185,75 +224,70 @@ LevelContent LevelMaker::coarsened(const LeafRange& range, const BlockKey& block
   // Leaves are as coarse as a first level. Joining them would change little, and takes long.
   const bool linking = outermost || !onlyLeaves(content);
   std::vector<Cut> cuts;
-  if (has_level) cut(content.pieces, 0, range, cuts);
-  if (cuts.size() < 2) cuts.assign(1, {block, 0, 0, content.pieces.size()});
+  if (has_level) cut(content.pieces, 0, range, blocks_.cutSegments(), cuts);
+  if (cuts.size() < 2) cuts.assign(1, {block, range.begin, 0, 0, content.pieces.size(), content.finer});
   work_.begin(content.points, content.points * (linking ? kBytesOfLinked : kBytesOfPoint) + kBytesOfMasks);
 
-  Neurites& all = work_.neurites;
-  std::vector<std::size_t> bounds;  // among the paths: where those of each cut begin
-  std::vector<Neurites> made_of;    // what each cut holds; without paths once they are in `all`
+  Joined joined(work_.neurites);
   const std::vector<SomaRoot> balls = somata_.within(block);
   Coarsening coarsening(input_.grid, block, parts);
-  const auto add = [&](Neurites& part) {
-    bounds.push_back(all.paths.size());
-    append(all, part);
-    part.paths = {};
-    part.points = {};
-  };
   for (const Cut& of : cuts) {
-    Neurites& part = made_of.emplace_back();
+    Neurites& part = joined.cuts.emplace_back();
     gather(std::span(content.pieces).subspan(of.begin, of.end - of.begin), part);
     removeInsideBalls(part, balls, input_.grid);
     if (linking) part = linked(std::move(part));
     coarsening.look(part);
-    if (!linking) add(part);
+    if (!linking) joined.add(part);
   }
   if (linking)
-    for (Neurites& part : made_of) {
+    for (Neurites& part : joined.cuts) {
       coarsening.simplify(part);
-      add(part);
+      joined.add(part);
     }
-  const auto account = [&](std::size_t i) {
-    return accountOf(all, bounds[i], i + 1 < bounds.size() ? bounds[i + 1] : all.paths.size());
-  };
-  std::vector<Account> before;
-  for (std::size_t i = 0; i < cuts.size(); ++i) before.push_back(account(i));
-  coarsening.hide(all, true, bounds);
-  for (std::size_t i = 0; i < cuts.size(); ++i) {
-    const Account left = account(i);
-    made_of[i].represented -= before[i].segments - left.segments;
-    made_of[i].hidden += before[i].segments - left.segments;
-    made_of[i].hidden_um += std::max(0.0, before[i].length - left.length) * input_.grid.quantum_um();
-  }
+  const bool hides = coarsening.isDense();
+  if (hides) joined.hide(coarsening, true, input_.grid);
 
+  if (outermost) {
+    makeCoarser(range, block, hides ? parts / kStep : kMostParts, tiles(cuts, joined, 0));
+    return {};
+  }
+  const Neurites& all = work_.neurites;
   const std::uint64_t most = content.finer / (first ? kFewerThanAll : kFewerThanLevel);
-  const bool is_tile = outermost || (has_level && all.points.size() - all.paths.size() <= most);
   LevelPiece piece;
   piece.first_leaf = range.begin;
   piece.finer = content.finer;
   piece.block = block;
-  if (is_tile) {
-    work_.beginTile();
+  if (has_level && all.points.size() - all.paths.size() <= most) {
     piece.finer = 0;
     piece.tiles_of_block = cuts.size() == 1 ? 1 : 0;
-    for (std::size_t i = 0; i < cuts.size(); ++i) {
-      Neurites tile_of = someOf(all, bounds[i], i + 1 < bounds.size() ? bounds[i + 1] : all.paths.size());
-      tile_of.hidden = made_of[i].hidden;
-      tile_of.hidden_um = made_of[i].hidden_um;
-      tile_of.represented = made_of[i].represented;
-      if (tile_of.hidden == 0) tile_of.pixel_um = 0;
-      LevelTile tile = encodeLevel(tile_of, cuts[i].key, cuts[i].coarser, input_.grid);
-      piece.finer += tile.entry.segments;
-      emit(std::move(tile));
-    }
+    for (const LevelPiece& tile : tiles(cuts, joined, 0)) piece.finer += tile.finer;
   }
   LevelContent made;
   made.finer = piece.finer;
-  if (outermost)
-    makeCoarser(all, block, parts / kStep, cuts.size() > 1);
-  else
-    keep(all, std::move(piece), made);
+  keep(all, std::move(piece), made);
   return made;
+}
+
+// Parts the cuts again, and makes a tile of each that has `fewer` times fewer segments than the tiles below.
+std::vector<LevelPiece> LevelMaker::tiles(std::span<const Cut> cuts, const Joined& joined, double fewer) {
+  work_.beginTile();
+  std::vector<LevelPiece> pieces;
+  for (std::size_t i = 0; i < cuts.size(); ++i) {
+    const Cut& cut = cuts[i];
+    LevelPiece& piece = pieces.emplace_back();
+    piece.neurites = joined.part(i);
+    piece.first_leaf = cut.first_leaf;
+    piece.finer = cut.finer;
+    piece.block = cut.key;
+    piece.tiles_of_block = cut.coarser;
+    const std::size_t segments = piece.neurites.points.size() - piece.neurites.paths.size();
+    if (fewer * static_cast<double>(segments) > static_cast<double>(cut.finer)) continue;
+    LevelTile tile = encodeLevel(piece.neurites, cut.key, cut.coarser, input_.grid);
+    piece.finer = tile.entry.segments;
+    ++piece.tiles_of_block;
+    emit(std::move(tile));
+  }
+  return pieces;
 }
 
 void LevelMaker::gather(std::span<LevelPiece> pieces, Neurites& all) const {
@@ -286,15 +320,35 @@ void LevelMaker::keep(const Neurites& neurites, LevelPiece piece, LevelContent& 
   content.pieces.push_back(std::move(piece));
 }
 
-void LevelMaker::makeCoarser(Neurites& neurites, const BlockKey& block, double parts, bool is_cut) {
-  if (is_cut) neurites = linked(std::move(neurites));
-  std::uint32_t coarser = 0;
-  for (; parts >= kFewestParts && neurites.points.size() > kFewSegments; parts /= kStep) {
+void LevelMaker::makeCoarser(const LeafRange& range, const BlockKey& block, double parts,
+                             std::vector<LevelPiece> pieces) {
+  for (; parts >= kFewestParts && (pieces.size() > 1 || pieces[0].finer > kFewSegments); parts /= kStep) {
+    const bool is_last = parts < kFewestParts * kStep;
+    std::vector<Cut> cuts;
+    cut(pieces, 0, range, is_last ? UINT64_MAX : blocks_.cutSegments() / kSmallerCut, cuts);
+    if (cuts.size() == 1) cuts[0].key = block;
+    std::uint64_t points = 0;
+    for (LevelPiece& piece : pieces) {
+      points += piece.neurites.points.size();
+      piece.hold = MemoryBudget::Hold(budget_, bytesOf(piece.neurites));
+    }
+    work_.begin(points, points * kBytesOfLinked + kBytesOfMasks);
+    Joined joined(work_.neurites);
     Coarsening coarsening(input_.grid, block, parts);
-    coarsening.look(neurites);
-    coarsening.simplify(neurites);
-    coarsening.hide(neurites, false);
-    emit(encodeLevel(neurites, block, ++coarser, input_.grid));
+    for (Cut& of : cuts) {
+      const std::span<LevelPiece> joining = std::span(pieces).subspan(of.begin, of.end - of.begin);
+      for (const LevelPiece& piece : joining) of.coarser = std::max(of.coarser, piece.tiles_of_block);
+      Neurites& part = joined.cuts.emplace_back();
+      gather(joining, part);
+      if (joining.size() > 1) part = linked(std::move(part));
+      coarsening.look(part);
+    }
+    for (Neurites& part : joined.cuts) {
+      if (coarsening.unit_um() > part.error_um) coarsening.simplify(part);
+      joined.add(part);
+    }
+    joined.hide(coarsening, false, input_.grid);
+    pieces = tiles(cuts, joined, is_last ? 0 : kFewer);
   }
 }
 

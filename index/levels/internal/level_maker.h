@@ -90,15 +90,20 @@ class LevelMaker {
   // A part of a block's neurites that gets a tile of its own.
   struct Cut {
     BlockKey key;
+    std::size_t first_leaf;
     std::uint32_t coarser;   // tiles of the same key that are finer
     std::size_t begin, end;  // pieces
+    std::uint64_t finer;     // of the pieces
   };
-  void cut(std::span<const LevelPiece> pieces, std::size_t begin, const LeafRange& range, std::vector<Cut>& cuts) const;
+  void cut(std::span<const LevelPiece> pieces, std::size_t begin, const LeafRange& range, std::uint64_t most_finer,
+           std::vector<Cut>& cuts) const;
   void gather(std::span<LevelPiece> pieces, Neurites& all) const;
   // Keeps the neurites of a block for the block above.
   void keep(const Neurites& neurites, LevelPiece piece, LevelContent& content);
-  // Makes further tiles of the outermost block, so that one of them fits every limit.
-  void makeCoarser(Neurites& neurites, const BlockKey& block, double parts, bool is_cut);
+  class Joined;
+  std::vector<LevelPiece> tiles(std::span<const Cut> cuts, const Joined& joined, double fewer);
+  // Makes coarser levels of the outermost block, until one tile fits every limit. `pieces`: what its tiles show.
+  void makeCoarser(const LeafRange& range, const BlockKey& block, double parts, std::vector<LevelPiece> pieces);
 };
 
 }  // namespace filiform::internal

@@ -76,17 +76,23 @@ class LevelRefinement {
   }
 
  private:
-  // The parts below, if they fit in the place of the part. Otherwise the part stays for good, and there are none.
+  // The parts below, if they fit in the place of the part. A single one that does not fit may hold more than those
+  // below it that are in view: then these. Otherwise the part stays for good, and there are none.
   std::vector<LevelPart> replaced(const LevelPart& part) {
-    std::vector<LevelPart> below = finer_(part);
-    std::uint64_t sum = 0;
-    for (const LevelPart& finer : below) sum += finer.segments;
-    if (segments_ - part.segments + sum > most_) {
-      settled_.push_back(part);
-      return {};
+    LevelPart last = part;
+    for (;;) {
+      std::vector<LevelPart> below = finer_(last);
+      std::uint64_t sum = 0;
+      for (const LevelPart& finer : below) sum += finer.segments;
+      if (segments_ - part.segments + sum <= most_) {
+        segments_ += sum - part.segments;
+        return below;
+      }
+      if (below.size() != 1 || !below[0].level || below[0].tile == last.tile) break;
+      last = below[0];
     }
-    segments_ += sum - part.segments;
-    return below;
+    settled_.push_back(part);
+    return {};
   }
   // Segments that further replacement may remove again.
   static std::uint64_t slackOf(const std::vector<LevelPart>& open, double above_px) {

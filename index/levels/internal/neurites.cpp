@@ -243,7 +243,7 @@ class Simplifier {
   std::vector<Vector3d> at_;
 };
 
-// Of the short paths, removes those from `gone` whose carrier may go too. Adds what the others represent to the paths
+// Of the short paths, removes those from `gone` that have no carrier, or one that may go too. Adds what the others represent to the paths
 // that carry them.
 void chargeCarriers(Neurites& all, std::vector<bool>& gone) {
   const PathIndex index(all);
@@ -251,8 +251,8 @@ void chargeCarriers(Neurites& all, std::vector<bool>& gone) {
   for (std::size_t i = 0; i < all.paths.size(); ++i) {
     if (!gone[i]) continue;
     const std::size_t carrier = index.carrierOf(i);
-    if (carrier == kNoPath) continue;
-    if (is_short[carrier]) {
+    // A carrier may be hidden.
+    if (carrier == kNoPath || is_short[carrier]) {
       gone[i] = false;
       continue;
     }

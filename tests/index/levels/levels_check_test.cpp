@@ -49,6 +49,28 @@ std::array<std::int64_t, 3> pixelOf(const Vector3d& p_W, double pixel_um) {
   return at;
 }
 
+// The level tiles that show the rest together with this one: those directly below the same tile, or, of the outermost
+// block, the coarsest ones of the whole set that are as fine.
+std::vector<LevelId> besideByForce(const Levels& levels, LevelId level) {
+  const auto above = [&](LevelId of) { return levels.above({true, of, 0, 0}); };
+  bool outermost = true;
+  for (LevelId of = above(level); of != Levels::kRoots; of = above(of)) outermost &= levels.entry(of).coarser > 0;
+  const LevelEntry& own = levels.entry(level);
+  const auto isAsFine = [&](LevelId of) {
+    const LevelEntry& e = levels.entry(of);
+    const bool is_coarser =
+        own.coarser > 0 ? e.error_um > own.error_um || e.pixel_um > own.pixel_um : e.error_um > 0 || e.pixel_um > 0;
+    return e.coarser == 0 || !is_coarser;
+  };
+  std::vector<LevelId> beside;
+  for (LevelId of = 0; of < levels.size(); ++of) {
+    bool is_first = outermost ? isAsFine(of) : above(of) == above(level);
+    for (LevelId a = above(of); outermost && a != Levels::kRoots; a = above(a)) is_first &= !isAsFine(a);
+    if (is_first) beside.push_back(of);
+  }
+  return beside;
+}
+
 // The problems of one level tile, in the words of checkLevels().
 std::vector<std::string> problemsOfLevel(const TileSet& set, const Levels& levels, LevelId level) {
   const LevelEntry& e = levels.entry(level);
@@ -57,10 +79,10 @@ std::vector<std::string> problemsOfLevel(const TileSet& set, const Levels& level
   const double error_um = e.error_um * (1 + 1e-9) + set.grid().quantum_um() * 1e-3;
   std::vector<std::shared_ptr<const Tile>> siblings;
   double pixel_um = 0;
-  for (const LevelPart& part : levels.below(levels.above({true, level, 0, 0}))) {
-    if (!part.level) continue;
-    const LevelEntry& of = levels.entry(part.tile);
-    const Tile& one = *siblings.emplace_back(levels.load(part.tile));
+  const std::vector<LevelId> beside = besideByForce(levels, level);
+  for (const LevelId id : beside) {
+    const LevelEntry& of = levels.entry(id);
+    const Tile& one = *siblings.emplace_back(levels.load(id));
     double length_um = 0;
     for (std::uint32_t s = 0; s < one.segment_count(); ++s)
       length_um += (one.position_W(one.child(s)) - one.position_W(one.parent(s))).norm();
@@ -77,10 +99,9 @@ std::vector<std::string> problemsOfLevel(const TileSet& set, const Levels& level
         {tile->segmentId(s).cell, a_W, b_W, ball ? 1.06 * static_cast<double>(appearance.radii_um[s]) : 0, ball, ball});
   }
   std::vector<CheckedPiece> balls;
-  for (const LevelPart& part : levels.below(levels.above({true, level, 0, 0}))) {
-    if (!part.level) continue;
-    const auto one = levels.load(part.tile);
-    const TileAppearance of = levels.loadAppearance(part.tile);
+  for (const LevelId id : beside) {
+    const auto one = levels.load(id);
+    const TileAppearance of = levels.loadAppearance(id);
     for (std::uint32_t s = 0; s < one->segment_count(); ++s)
       if (one->isolated(s) && of.types[s] == kSomaType && of.radii_um[s] > 0)
         balls.push_back({one->segmentId(s).cell,

@@ -112,7 +112,8 @@ TEST_F(LevelsTest, TheDirectoryIsReadWhereFinerTilesAreAskedFor) {
   LevelView view = from({0, 0, 500}, 1000);
   view.planes.push_back({Vector3d(1, 0, 0), 40});
   EXPECT_TRUE(levels->choose(from({0, 0, 1e7}, 1000), UINT64_MAX, 1, UnreadTiles::leave).unread.empty()) << "far away";
-  EXPECT_TRUE(levels->choose(view, 1000, 0, UnreadTiles::leave).unread.empty()) << "too many segments";
+  EXPECT_TRUE(levels->choose(from({0, 0, 500}, 1000), 1000, 0, UnreadTiles::leave).unread.empty())
+      << "too many segments";
   LevelChoice choice = levels->choose(view, UINT64_MAX, 0, UnreadTiles::leave);
   EXPECT_EQ(far.directory_reads, 0);
   ASSERT_FALSE(choice.unread.empty());
@@ -331,6 +332,31 @@ TEST_F(LevelsTest, ChoiceKeepsToTheBudgetAndSaysWhatItIs) {
   EXPECT_EQ(all.segments, full);
 }
 
+// Few cells lie far from a pile: the levels of their whole extent must be parted like those of the pile.
+TEST_F(LevelsTest, APileWithFarCellsUsesItsBudgets) {
+  const TempFolder folder;
+  std::vector<Cell> cells;
+  for (std::uint64_t i = 0; i < 80; ++i) {
+    Cell cell = test::randomNeuron(i, {});
+    if (i % 20 == 0)
+      for (Vector3d& p_W : cell.positions_um) p_W = 20 * p_W + Vector3d(3e4, -2e4, 1e4);
+    cells.push_back(std::move(cell));
+  }
+  const std::string path = made(folder, "pile", std::move(cells), {.capacity = 8});
+  const auto set = TileSet::open(path);
+  const auto levels = Levels::open(*set);
+  EXPECT_EQ(checkLevels(*set, *levels), std::vector<std::string>{});
+  std::uint64_t full = 0;
+  for (TileId t = 0; t < set->tile_count(); ++t) full += set->entry(t).owned;
+  for (const LevelView& view : {from({0, 0, 1e5}, 1000), from({0, 0, 300}, 1000)})
+    for (std::uint64_t most = 4 * levels->entry(0).segments; most < full; most *= 2) {
+      const LevelChoice choice = levels->choose(view, most);
+      EXPECT_LE(choice.segments, most);
+      EXPECT_TRUE(!choice.limited || 10 * choice.segments >= 7 * most)
+          << choice.segments << " of " << most << ", " << choice.error_px << " px";
+    }
+}
+
 TEST_F(LevelsTest, ChoiceIsCoarseWhereNothingFinerWouldBeSeen) {
   const LevelChoice far = levels_->choose(from({0, 0, 1e7}, 1000), UINT64_MAX);
   EXPECT_EQ(far.parts.size(), levels_->below(Levels::kRoots).size());
@@ -414,7 +440,7 @@ TEST_F(LevelsTest, ATableWhoseNumbersMakeMuchWorkIsRefused) {
 }
 
 TEST_F(LevelsTest, CheckFindsAnErrorThatIsUnderstated) {
-  const std::string path = made(*folder_, "small", test::randomColumn(32, 4, 150, 100), {.capacity = 32});
+  const std::string path = made(*folder_, "small", test::randomColumn(32, 4, 150, 100), {.capacity = 64});
   const internal::LevelTable table = levelTableOf(*TileSet::open(path));
   const auto problemsOf = [&](auto change) {
     internal::LevelTable forged = table;

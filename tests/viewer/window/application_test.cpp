@@ -307,6 +307,25 @@ TEST_F(Applications, LettersFollowTheScale) {
   EXPECT_EQ(window.scale(), 2 * scale);
 }
 
+// What a finer picture adds fades in: see Renderer::present().
+TEST_F(Applications, APictureIsMixedWithTheOneBefore) {
+  Window window("pictures", {300, 200});
+  Renderer renderer(window.context());
+  const auto draw = [&](std::uint8_t grey, const PictureSize& size) {
+    renderer.draw({EyeView{}, EyeView{}}, {.size = size, .samples = 1, .background = {grey, grey, grey, 255}});
+  };
+  const auto shown = [&](double part) {
+    renderer.present(window.size(), part);
+    return static_cast<int>(window.read().rgb.at(0));
+  };
+  draw(0, window.size());
+  EXPECT_EQ(shown(0.5), 0) << "no picture before";
+  draw(200, window.size());
+  for (const double part : {0.0, 0.25, 0.5, 1.0}) EXPECT_NEAR(shown(part), 200 * part, 1);
+  draw(100, {150, 100});
+  EXPECT_EQ(shown(0.5), 100) << "of another size";
+}
+
 struct Lit {
   int count = 0, left = 1 << 20, top = 1 << 20, right = 0, bottom = 0;
 };
