@@ -50,6 +50,11 @@ struct SolverParameters {
   ClimbParameters climb;
 };
 
+// The force-based reach in a cell: r_min and r_max of SolverParameters.
+struct CellReach {
+  double r_min_um = 0, r_max_um = 0;
+};
+
 struct ProbeState {                 // input of a tick
   Vector3d h_W = Vector3d::Zero();  // um
   double dt_s = 1e-3;               // since the last tick
@@ -101,6 +106,8 @@ class ProxySolver {
   virtual const ProxyPlace& place() const noexcept = 0;
   // A jump or the first placement. Resets everything except the parameters.
   virtual void setPlace(const ProxyPlace& place) noexcept = 0;
+  // With setPlace() in another cell: the reach of that cell. Both >= 0 and finite. Only force-based methods use it.
+  virtual void setReach(const CellReach& /*reach*/) noexcept {}
   // One tick. Overwrites `step`. A probe that is not finite leaves the place unchanged and visits nothing. A dt or a
   // scale that is not > 0 and finite gives no patience and no budget.
   virtual void advance(const GraphView& graph, const ProbeState& probe, SolverStep& step) noexcept = 0;

@@ -3,6 +3,7 @@
 #include "device/simulated/null_device.h"
 #include "index/errors.h"
 #include "solver/graph/graph_view.h"
+#include "solver/travel/hand/internal/cell_reaches.h"
 #include "solver/travel/hand/internal/hand_navigation.h"
 #include "solver/travel/hand/internal/hand_tiles.h"
 #include "solver/travel/hand/internal/navigation_choice.h"
@@ -61,7 +62,8 @@ struct SteppedTravel::Impl {
                 .period_s = 1.0 / wanted.rate_Hz,
                 .make = [](const std::string&, double period_s) { return std::make_unique<NullDevice>(period_s); }}),
         tiles(scene, internal::TileKind::resident, {.budget_bytes = options.budget_bytes.value_or(UINT64_MAX)}),
-        hand(scene, tiles, device, internal::chooseSolver(scene, options.method),
+        reaches(scene, options.method),
+        hand(scene, tiles, device, makeProxySolver(options.method, {}),
              steppedNavigation(device.capabilities(), options)) {
     state.status = DeviceStatus::ready;
     if (!options.realtime) return;
@@ -84,6 +86,7 @@ struct SteppedTravel::Impl {
   SteppedTravelOptions options;
   internal::TravelDevice device;
   internal::HandTiles tiles;
+  internal::CellReaches reaches;
   internal::HandNavigation hand;
   DeviceState state;
   NavigationTick none;  // of a tick whose force is withheld
@@ -127,6 +130,7 @@ void SteppedTravel::jump(TileId tile, SegmentId segment, double t) {
     impl_->bring(command.place.tile);
     command.place = impl_->hand.graph().placeAt(tile, segment, t);
   }
+  if (command.place.valid()) command.reach = impl_->reaches.of(segment.cell);
   if (!command.place.valid() || !apply(command)) throw UsageError("the tile does not store the segment, or t is NaN");
 }
 
