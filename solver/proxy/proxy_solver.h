@@ -85,7 +85,7 @@ struct TileList {
 
 // What one tick of a solver did.
 struct SolverStep {
-  std::uint32_t visited = 0;    // segments tested; climb counts eight segments in a row as one, see bounded_climb.h
+  std::uint32_t visited = 0;    // segments tested; climb counts 16 segments in a row as one, see bounded_climb.h
   bool capped = false;          // stopped at max_visited or at a full table: the place is the best so far
   std::uint32_t frontiers = 0;  // nodes whose home tile was absent
   TileList touched;             // tiles that were read
