@@ -146,29 +146,25 @@ const NavigationTick& SteppedTravel::tick(const Vector3d& hand_D, double dt_s) {
                                                                           : Vector3d::Zero();
   state.p_D = hand_D;
   impl_->moved = true;
-  if (!impl_->options.realtime) {
-    const NavigationTick* tick = nullptr;
-    try {
-      tick = &impl_->hand.tickWithItsTiles(state, dt_s);
-    } catch (...) {
-      state.sent_N = Vector3d::Zero();  // the caller gets no force
-      throw;
-    }
-    state.sent_N = tick->wrench.force_N;
-    impl_->hand.publish(impl_->hand.navigation().focus());
-    impl_->hand.prepare(dt_s);
-    return *tick;
+  const bool realtime = impl_->options.realtime;
+  internal::HandNavigation& hand = impl_->hand;
+  if (realtime) impl_->tiles.reader()->apply();
+  const NavigationTick* tick = nullptr;
+  try {
+    tick = realtime ? &hand.tick(state, dt_s) : &hand.tickWithItsTiles(state, dt_s);
+  } catch (...) {
+    state.sent_N = Vector3d::Zero();  // the caller gets no force
+    throw;
   }
-  impl_->tiles.reader()->apply();
-  const NavigationTick& tick = impl_->hand.tick(state, dt_s);
-  impl_->hand.publish(impl_->hand.navigation().focus());
-  impl_->hand.prepare(0);
-  state.sent_N = tick.wrench.force_N;
-  if (!tick.frontier || !impl_->waits_for_failed.load(std::memory_order_relaxed)) return tick;
-  impl_->none = tick;
-  impl_->none.wrench = {};
-  state.sent_N = Vector3d::Zero();
-  return impl_->none;
+  hand.publish(hand.navigation().focus());
+  hand.prepare(realtime ? 0 : dt_s);
+  if (realtime && tick->frontier && impl_->waits_for_failed.load(std::memory_order_relaxed)) {
+    impl_->none = *tick;
+    impl_->none.wrench = {};
+    tick = &impl_->none;
+  }
+  state.sent_N = tick->wrench.force_N;
+  return *tick;
 }
 
 const ProxyPlace& SteppedTravel::place() const noexcept { return impl_->hand.navigation().place(); }

@@ -160,6 +160,12 @@ TEST_F(Sessions, TheReachIsThatOfTheProxysCell) {
   only.advance(10);
   only.jump(placeNear(*coarse, test::kCoarse_W));
   EXPECT_EQ(travelled, path(only));
+  SessionOptions basic = options;
+  basic.method = SolverMethod::basic;
+  Session without(*coarse, basic);
+  without.advance(10);
+  without.jump(placeNear(*coarse, test::kCoarse_W));
+  EXPECT_NE(travelled, path(without)) << "the reach takes no part";
   Session replay(*both, {.device = "replay:" + folder / "a.rec", .in_memory = true});
   replay.advance(3010);
   EXPECT_EQ(replay.update().p_W, travelled.back());
