@@ -16,8 +16,8 @@ namespace {
 
 using internal::WorkingGraph;
 
-constexpr double kForget_s = 0.2;           // time in which patience falls to zero when the hand stops pulling
-constexpr std::uint32_t kPassedInUnit = 8;  // segments that follow() passes in the time of one other test
+constexpr double kForget_s = 0.2;            // time in which patience falls to zero when the hand stops pulling
+constexpr std::uint32_t kPassedInUnit = 16;  // segments that follow() passes in the time of two other tests
 
 class BoundedClimb final : public ProxySolver {
  public:

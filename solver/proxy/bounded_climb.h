@@ -29,8 +29,8 @@
 // and needs patience beyond. Nearly parallel branches (a < 0.3), and hands whose aim is wrong by more than a x, need
 // `rest` and patience. Wide forks need neither.
 //
-// *Work* is the number of tested segments, where eight segments that were followed count as one: to follow a segment
-// takes no label, no place in the queue and no search for its node. So the reach of a tick depends little on how finely
+// *Work* is the number of tested segments, where 16 segments that were followed count as one: to follow a segment takes
+// no label, no place in the queue and no search for its node. So the reach of a tick depends little on how finely
 // a cell was sampled. Following changes no answer: it passes only segments that cannot hold the best point, and in a
 // run, costs are summed in the same order.
 //

@@ -1,5 +1,6 @@
 #include "solver/proxy/parameters.h"
 
+#include "index/errors.h"
 #include "index/set/tiles_ahead.h"
 
 #include <algorithm>
@@ -40,11 +41,12 @@ SolverParameters automaticParameters(const Cell& cell, const Grid& grid) {
   return automaticParameters(std::move(lengths_um));
 }
 
-SolverParameters automaticParameters(const TileStore& store, std::uint32_t cell) {
+SolverParameters automaticParameters(const TileStore& store, std::uint32_t cell, const std::atomic<bool>* stop) {
   std::vector<double> lengths_um;
   const std::vector<TileId> tiles = store.cellTiles(cell);
   TilesAhead ahead(store, tiles, false);
   for (std::size_t i = 0; i < tiles.size(); ++i) {
+    if (stop != nullptr && stop->load(std::memory_order_relaxed)) throw Interrupted("the cell is no longer wanted");
     const std::shared_ptr<const Tile> tile = ahead.next().tile;
     for (std::uint32_t segment = 0; segment < tile->segment_count(); ++segment) {
       if (!tile->owned(segment) || tile->segmentId(segment).cell != cell) continue;

@@ -9,6 +9,7 @@
 #include "index/set/tile_store.h"
 #include "solver/proxy/proxy_solver.h"
 
+#include <atomic>
 #include <cstdint>
 #include <vector>
 
@@ -20,7 +21,8 @@ SolverParameters automaticParameters(std::vector<double> lengths_um);
 // From the links of a cell, with positions rounded to the grid. Gives the same lengths as the tiles.
 SolverParameters automaticParameters(const Cell& cell, const Grid& grid);
 // From the owned segments of a cell in a set. Reads each tile of the cell once. Throws CorruptSet, CorruptTile,
-// IoError.
-SolverParameters automaticParameters(const TileStore& store, std::uint32_t cell);
+// IoError; Interrupted before the next tile once `stop` is true.
+SolverParameters automaticParameters(const TileStore& store, std::uint32_t cell,
+                                     const std::atomic<bool>* stop = nullptr);
 
 }  // namespace filiform

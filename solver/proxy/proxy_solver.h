@@ -50,6 +50,11 @@ struct SolverParameters {
   ClimbParameters climb;
 };
 
+// The force-based reach in a cell: r_min and r_max of SolverParameters.
+struct CellReach {
+  double r_min_um = 0, r_max_um = 0;
+};
+
 struct ProbeState {                 // input of a tick
   Vector3d h_W = Vector3d::Zero();  // um
   double dt_s = 1e-3;               // since the last tick
@@ -80,7 +85,7 @@ struct TileList {
 
 // What one tick of a solver did.
 struct SolverStep {
-  std::uint32_t visited = 0;    // segments tested; climb counts eight segments in a row as one, see bounded_climb.h
+  std::uint32_t visited = 0;    // segments tested; climb counts 16 segments in a row as one, see bounded_climb.h
   bool capped = false;          // stopped at max_visited or at a full table: the place is the best so far
   std::uint32_t frontiers = 0;  // nodes whose home tile was absent
   TileList touched;             // tiles that were read
@@ -101,6 +106,8 @@ class ProxySolver {
   virtual const ProxyPlace& place() const noexcept = 0;
   // A jump or the first placement. Resets everything except the parameters.
   virtual void setPlace(const ProxyPlace& place) noexcept = 0;
+  // With setPlace() in another cell: the reach of that cell. Both >= 0 and finite. Only force-based methods use it.
+  virtual void setReach(const CellReach& /*reach*/) noexcept {}
   // One tick. Overwrites `step`. A probe that is not finite leaves the place unchanged and visits nothing. A dt or a
   // scale that is not > 0 and finite gives no patience and no budget.
   virtual void advance(const GraphView& graph, const ProbeState& probe, SolverStep& step) noexcept = 0;

@@ -30,6 +30,10 @@ WorkspaceOptions gentle(const NavigationOptions& options) {
   return workspace;
 }
 
+bool isReach(const CellReach& reach) noexcept {
+  return reach.r_min_um >= 0 && std::isfinite(reach.r_min_um) && reach.r_max_um >= 0 && std::isfinite(reach.r_max_um);
+}
+
 }  // namespace
 
 Navigation::Navigation(const GraphView& graph, std::unique_ptr<ProxySolver> solver, const NavigationOptions& options)
@@ -106,8 +110,10 @@ bool Navigation::apply(const NavigationCommand& command, const Eigen::Vector3d& 
       break;
     case Kind::jump:
     case Kind::constrain:
-      done = command.place.valid() && command.place.p_W.allFinite() && (command.kind != Kind::jump || h_D.allFinite());
+      done = command.place.valid() && command.place.p_W.allFinite() &&
+             (command.kind != Kind::jump || h_D.allFinite()) && (!command.reach || isReach(*command.reach));
       if (!done) break;
+      if (command.reach) solver_->setReach(*command.reach);
       if (command.kind == Kind::jump) state_.workspace.place(command.place.p_W, h_D);
       solver_->setPlace(command.place);
       state_.p_W = command.place.p_W;

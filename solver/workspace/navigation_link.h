@@ -11,6 +11,7 @@
 #include "solver/proxy/proxy_solver.h"
 
 #include <cstdint>
+#include <optional>
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -36,6 +37,7 @@ struct NavigationCommand {
   };
   Kind kind = Kind::none;
   ProxyPlace place;
+  std::optional<CellReach> reach;  // jump, constrain: of the place's cell; none: unchanged
   double factor = 1;
   double about_x_rad = 0, about_y_rad = 0;
 };

@@ -25,11 +25,9 @@ BoundedSearch::BoundedSearch(std::uint32_t max_visited, std::uint32_t pool_nodes
       touched_(std::min<std::size_t>(stack_.size(), max_scans_ + 2)) {}
 
 void BoundedSearch::setPlace(const ProxyPlace& place) noexcept {
-  state_ = State{};
-  state_.place = place;
+  restart(place);
   active_ = ActiveSegment{};
   graph_.forget();
-  undo_ = Undo::nothing;
 }
 
 [[gnu::flatten]] void BoundedSearch::advance(const GraphView& graph, const ProbeState& probe,

@@ -57,6 +57,16 @@ class BoundedSearch final : public ProxySolver {
 
   const ProxyPlace& place() const noexcept override { return state_.place; }
   void setPlace(const ProxyPlace& place) noexcept override;
+  // Like setPlace(), in the same graph: keeps the decoded nodes.
+  void restart(const ProxyPlace& place) noexcept {
+    state_ = State{};
+    state_.place = place;
+    undo_ = Undo::nothing;
+  }
+  void setReach(const CellReach& reach) noexcept override {
+    reach_.r_min_um = reach.r_min_um;
+    reach_.r_max_um = reach.r_max_um;
+  }
   void advance(const GraphView& graph, const ProbeState& probe, SolverStep& step) noexcept override;
   void undo() noexcept override;
   void prepare(const GraphView& graph, const Vector3d& ahead_W, std::uint32_t most) noexcept override;

@@ -25,7 +25,7 @@ struct RunOptions {
   RouteChoice route{};                // the longest one of the cell
   std::optional<double> seconds;      // limit of simulated time; none: 10 times nominal + 20 s, for a tour 60 s
   SolverMethod method = SolverMethod::climb;
-  std::optional<SolverParameters> solver;  // none: automaticParameters() of the cell
+  std::optional<SolverParameters> solver;  // none: automaticParameters() of each cell
   std::string device = "sim:medium";       // as makeDevice() takes it; a simulated person leads a simulated hand
   std::optional<double> stiffness_N_m;     // none: 200, with the loose hand 50; hardware: defaultStiffness()
   // The passivity controller. None: on if the stiffness is not within the stability bound of hand and device, or if

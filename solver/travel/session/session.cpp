@@ -18,6 +18,7 @@
 #include <atomic>
 #include <chrono>
 #include <exception>
+#include <ranges>
 #include <stdexcept>
 #include <thread>
 #include <utility>
@@ -47,8 +48,10 @@ std::uint64_t sessionBudget(const SessionOptions& options, const internal::Trave
 // Many sessions share a machine's memory, so that each keeps fewer nodes.
 constexpr std::uint32_t kSharedPoolNodes = 1024;
 
-std::optional<std::uint32_t> poolNodesOf(const SessionOptions& options) {
-  return options.shared.residency != nullptr ? std::optional(kSharedPoolNodes) : std::nullopt;
+SolverParameters parametersOf(const SessionOptions& options) {
+  SolverParameters parameters;
+  if (options.shared.residency != nullptr) parameters.pool_nodes = kSharedPoolNodes;
+  return parameters;
 }
 
 SessionOptions checked(const SessionOptions& options) {
@@ -61,7 +64,7 @@ SessionOptions checked(const SessionOptions& options) {
 struct Session::Impl {
   Impl(const TileStore& scene, const SessionOptions& wanted);
 
-  internal::NavigationChoice choose(TileId tile_count);
+  internal::NavigationChoice choose(const TileStore& scene);
   void record();
   void startLoop();
   void replayLoop();  // on its own thread
@@ -101,24 +104,24 @@ Session::Impl::Impl(const TileStore& scene, const SessionOptions& wanted)
       device({.name = handNameOf(wanted.device), .period_s = period_s, .make = wanted.make_device}),
       hand(internal::handOf(handNameOf(wanted.device)) ? device.hand() : nullptr),
       device_name(wanted.device == kMouse ? kMouse : device.capabilities().name),
-      choice(choose(scene.tile_count())),
+      choice(choose(scene)),
       tiles(scene, sessionTileKind(options, device), {.budget_bytes = sessionBudget(options, device)}, options.shared),
-      travel(scene, tiles, device, internal::chooseSolver(scene, options.method, poolNodesOf(options)),
-             choice.navigation),
+      travel(scene, tiles, device, makeProxySolver(options.method, parametersOf(options)), choice.navigation),
       channels(options.record.empty() ? 2 : 4096),
       clock(period_s),
-      travelling(device, tiles, travel, channels, hand, choice.navigation.workspace, std::move(replayed)) {
+      travelling(device, tiles, travel, channels, hand, choice.navigation.workspace, std::move(replayed)),
+      awaited(scene, options.method) {
   travel.setMeasured(options.shared.residency != nullptr);
 }
 
-internal::NavigationChoice Session::Impl::choose(TileId tile_count) {
+internal::NavigationChoice Session::Impl::choose(const TileStore& scene) {
   if (device.replay() != nullptr) {
     const std::string file = options.device.substr(options.device.find(':') + 1);
     if (!isSessionRecording(file) && !readRecordingWords(file).options.empty())
       throw UsageError(escaped(file) +
                        ": was recorded by navigate; replay it with filiform navigate SET --device replay:" +
                        escaped(file) + ", or draw it with filiform render --path");
-    internal::SessionCommands recorded = internal::readSessionCommands(file + ".json", tile_count);
+    internal::SessionCommands recorded = internal::readSessionCommands(file + ".json", scene);
     options.zoom_um = recorded.zoom_um;
     options.leap = recorded.leap;
     options.method = recorded.method;
@@ -127,6 +130,9 @@ internal::NavigationChoice Session::Impl::choose(TileId tile_count) {
     options.buttons = [map = recorded.buttons](const DeviceCapabilities&) { return map; };
     period_s = 1.0 / options.rate_Hz;
     replayed = std::move(recorded.commands);
+    internal::CellReaches reaches(scene, options.method);
+    for (NavigationCommand& command : replayed | std::views::transform(&SessionCommand::command))
+      if (command.place.valid()) command.reach = reaches.of(command.place.segment.cell);
   }
   // Opened before the choice, because some devices measure their limits then.
   if (!options.record.empty()) record();

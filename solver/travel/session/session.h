@@ -104,9 +104,10 @@ class Session {
   void point(const Pointing& pointing);
   // Returns false if too many commands wait; try again later. During a replay commands are ignored.
   bool send(const NavigationCommand& command);
-  // Moves the proxy to `place` as soon as its tile is in memory. Replaces a jump that waits. `under_hand`: the world
-  // moves so that the place lies under the hand; otherwise the force draws the hand to the place. Ignored during a
-  // replay and for an invalid place.
+  // Moves the proxy to `place` as soon as its tile is in memory, and for a jump to another cell with a force-based
+  // method, as soon as that cell was read. Replaces a jump that waits. `under_hand`: the world moves so that the place
+  // lies under the hand; otherwise the force draws the hand to the place. Ignored during a replay and for an invalid
+  // place.
   void jump(const ProxyPlace& place, bool under_hand = true);
   // The place of the jump that waits for its tile; nullopt if no jump waits.
   std::optional<ProxyPlace> awaited() const;

@@ -3,6 +3,7 @@
 #include "device/simulated/null_device.h"
 #include "index/errors.h"
 #include "solver/graph/graph_view.h"
+#include "solver/travel/hand/internal/cell_reaches.h"
 #include "solver/travel/hand/internal/hand_navigation.h"
 #include "solver/travel/hand/internal/hand_tiles.h"
 #include "solver/travel/hand/internal/navigation_choice.h"
@@ -61,7 +62,8 @@ struct SteppedTravel::Impl {
                 .period_s = 1.0 / wanted.rate_Hz,
                 .make = [](const std::string&, double period_s) { return std::make_unique<NullDevice>(period_s); }}),
         tiles(scene, internal::TileKind::resident, {.budget_bytes = options.budget_bytes.value_or(UINT64_MAX)}),
-        hand(scene, tiles, device, internal::chooseSolver(scene, options.method),
+        reaches(scene, options.method),
+        hand(scene, tiles, device, makeProxySolver(options.method, {}),
              steppedNavigation(device.capabilities(), options)) {
     state.status = DeviceStatus::ready;
     if (!options.realtime) return;
@@ -84,6 +86,7 @@ struct SteppedTravel::Impl {
   SteppedTravelOptions options;
   internal::TravelDevice device;
   internal::HandTiles tiles;
+  internal::CellReaches reaches;
   internal::HandNavigation hand;
   DeviceState state;
   NavigationTick none;  // of a tick whose force is withheld
@@ -127,6 +130,7 @@ void SteppedTravel::jump(TileId tile, SegmentId segment, double t) {
     impl_->bring(command.place.tile);
     command.place = impl_->hand.graph().placeAt(tile, segment, t);
   }
+  if (command.place.valid()) command.reach = impl_->reaches.of(segment.cell);
   if (!command.place.valid() || !apply(command)) throw UsageError("the tile does not store the segment, or t is NaN");
 }
 
@@ -142,29 +146,25 @@ const NavigationTick& SteppedTravel::tick(const Vector3d& hand_D, double dt_s) {
                                                                           : Vector3d::Zero();
   state.p_D = hand_D;
   impl_->moved = true;
-  if (!impl_->options.realtime) {
-    const NavigationTick* tick = nullptr;
-    try {
-      tick = &impl_->hand.tickWithItsTiles(state, dt_s);
-    } catch (...) {
-      state.sent_N = Vector3d::Zero();  // the caller gets no force
-      throw;
-    }
-    state.sent_N = tick->wrench.force_N;
-    impl_->hand.publish(impl_->hand.navigation().focus());
-    impl_->hand.prepare(dt_s);
-    return *tick;
+  const bool realtime = impl_->options.realtime;
+  internal::HandNavigation& hand = impl_->hand;
+  if (realtime) impl_->tiles.reader()->apply();
+  const NavigationTick* tick = nullptr;
+  try {
+    tick = realtime ? &hand.tick(state, dt_s) : &hand.tickWithItsTiles(state, dt_s);
+  } catch (...) {
+    state.sent_N = Vector3d::Zero();  // the caller gets no force
+    throw;
   }
-  impl_->tiles.reader()->apply();
-  const NavigationTick& tick = impl_->hand.tick(state, dt_s);
-  impl_->hand.publish(impl_->hand.navigation().focus());
-  impl_->hand.prepare(0);
-  state.sent_N = tick.wrench.force_N;
-  if (!tick.frontier || !impl_->waits_for_failed.load(std::memory_order_relaxed)) return tick;
-  impl_->none = tick;
-  impl_->none.wrench = {};
-  state.sent_N = Vector3d::Zero();
-  return impl_->none;
+  hand.publish(hand.navigation().focus());
+  hand.prepare(realtime ? 0 : dt_s);
+  if (realtime && tick->frontier && impl_->waits_for_failed.load(std::memory_order_relaxed)) {
+    impl_->none = *tick;
+    impl_->none.wrench = {};
+    tick = &impl_->none;
+  }
+  state.sent_N = tick->wrench.force_N;
+  return *tick;
 }
 
 const ProxyPlace& SteppedTravel::place() const noexcept { return impl_->hand.navigation().place(); }

@@ -46,8 +46,9 @@ class SteppedTravel {
 
   // Moves the proxy to a place of a segment, t in 0 (child) .. 1 (parent). `tile` stores the segment, as a
   // NearestResult says. The world moves so that the place lies under the hand of the last tick. The old force fades,
-  // and the new one grows over ForceLawOptions::ramp_s. Reads the tile. Throws UsageError if the tile does not store
-  // the segment or if t is NaN; CorruptTile, IoError.
+  // and the new one grows over ForceLawOptions::ramp_s. Reads the tile; in another cell, a
+  // force-based method reads all tiles of the cell. Throws UsageError if the tile does not store the segment or if t is
+  // NaN; CorruptTile, IoError.
   void jump(TileId tile, SegmentId segment, double t);
   // Changes the view between ticks: zoom, rotate, centre, free. Returns false for a value that is not finite. Jumps go
   // through jump().

@@ -43,6 +43,22 @@ TEST(Navigation, JumpPutsThePlaceUnderTheHandWithoutAPull) {
   }
 }
 
+TEST(Navigation, AJumpWithAReachThatMakesNoSenseIsRefused) {
+  Scene scene({}, SolverMethod::force);
+  NavigationCommand jump;
+  jump.kind = Kind::jump;
+  jump.place = scene.somewhere();
+  for (const double bad : {-1.0, kNaN, std::numeric_limits<double>::infinity()}) {
+    jump.reach = {1, bad};
+    EXPECT_FALSE(scene.navigation->apply(jump, Vector3d::Zero()));
+    jump.reach = {bad, 1};
+    EXPECT_FALSE(scene.navigation->apply(jump, Vector3d::Zero()));
+  }
+  EXPECT_FALSE(scene.navigation->place().valid());
+  jump.reach = {0, 1};
+  EXPECT_TRUE(scene.navigation->apply(jump, Vector3d::Zero()));
+}
+
 TEST(Navigation, ConstrainLeavesTheWorkspaceAndDrawsTheHandOverTheRamp) {
   Scene scene;
   const ProxyPlace place = scene.somewhere();

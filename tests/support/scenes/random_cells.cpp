@@ -116,6 +116,14 @@ std::vector<Cell> randomColumn(std::uint64_t seed, std::uint32_t cells, std::uin
   return column;
 }
 
+std::vector<Cell> fineAndCoarse() {
+  std::vector<Cell> cells{randomNeuron(1, {.samples = 2000, .step_um = 1}),
+                          randomNeuron(2, {.samples = 400, .step_um = 12, .origin_W = kCoarse_W})};
+  cells[0].source = "a";
+  cells[1].source = "b";
+  return cells;
+}
+
 Cell isolatedNodes(std::uint64_t seed, std::uint32_t n, double extent_um) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> place(-extent_um / 2, extent_um / 2);

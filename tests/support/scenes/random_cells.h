@@ -27,6 +27,10 @@ Cell randomNeuron(std::uint64_t seed, const NeuronShape& shape = {});
 // Neurons spread over a cube of `extent_um`, with sources in ascending order.
 std::vector<Cell> randomColumn(std::uint64_t seed, std::uint32_t cells, std::uint32_t samples_each, double extent_um);
 
+// A cell with steps of 1 um about the origin, and a smaller one with steps of 12 um about kCoarse_W.
+inline const Vector3d kCoarse_W{5000, 0, 0};
+std::vector<Cell> fineAndCoarse();
+
 Cell isolatedNodes(std::uint64_t seed, std::uint32_t n, double extent_um);
 Cell coincidentNodes(std::uint32_t n);                    // n connected nodes at one place
 Cell hub(std::uint32_t branches, double length_um);       // one node with many branches, in all directions

@@ -1,8 +1,6 @@
 #include "solver/travel/hand/internal/navigation_choice.h"
 
 #include "solver/force/passivity.h"
-#include "solver/proxy/parameters.h"
-#include "solver/travel/routes/default_cell.h"
 
 #include <algorithm>
 #include <cmath>
@@ -41,15 +39,6 @@ NavigationChoice chooseNavigation(const DeviceCapabilities& can, const Navigatio
   navigation.has_stylus = can.senses_orientation;
   navigation.buttons = wish.buttons.value_or(defaultButtons(can));
   return choice;
-}
-
-std::unique_ptr<ProxySolver> chooseSolver(const TileStore& store, SolverMethod method,
-                                          std::optional<std::uint32_t> pool_nodes) {
-  SolverParameters parameters;
-  const bool reaches = method == SolverMethod::force || method == SolverMethod::force_listing;
-  if (reaches && store.cell_count() > 0) parameters = automaticParameters(store, defaultCell(store));
-  if (pool_nodes) parameters.pool_nodes = *pool_nodes;
-  return makeProxySolver(method, parameters);
 }
 
 std::string loweredNote(const NavigationChoice& choice, const DeviceCapabilities& can) {

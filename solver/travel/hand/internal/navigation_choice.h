@@ -1,14 +1,11 @@
-// Chooses stiffness, passivity controller and workspace for a device and the hand that holds it, and the solver for a
-// scene. Thread rule: functions without state.
+// Chooses stiffness, passivity controller and workspace for a device and the hand that holds it. Thread rule: functions
+// without state.
 #pragma once
 
 #include "device/haptic_device.h"
 #include "device/simulated/simulated_hand.h"
-#include "index/set/tile_store.h"
 #include "solver/workspace/navigation.h"
 
-#include <cstdint>
-#include <memory>
 #include <optional>
 #include <string>
 
@@ -41,11 +38,6 @@ struct NavigationChoice {
 // A wished stiffness above mostStiffness() of a device is lowered to it; simulated hands keep it. Throws UnknownDevice
 // for an unknown hand.
 NavigationChoice chooseNavigation(const DeviceCapabilities& can, const NavigationWish& wish);
-
-// A solver whose reach, if it has one, fits the default cell. `pool_nodes`: see SolverParameters; none: the default.
-// Throws as automaticParameters().
-std::unique_ptr<ProxySolver> chooseSolver(const TileStore& store, SolverMethod method,
-                                          std::optional<std::uint32_t> pool_nodes = {});
 
 // For the user: that the stiffness was lowered, and why. Empty if it was not.
 std::string loweredNote(const NavigationChoice& choice, const DeviceCapabilities& can);

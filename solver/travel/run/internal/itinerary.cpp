@@ -10,7 +10,8 @@
 
 namespace filiform::internal {
 
-Itinerary::Itinerary(const TileStore& store, const RunOptions& options) : store_(store), options_(options) {
+Itinerary::Itinerary(const TileStore& store, const RunOptions& options)
+    : store_(store), options_(options), reaches_(store, options.method) {
   if (options.route.kind == RouteChoice::Kind::tour) tour_.emplace(store, options.route.seed, options.cell);
 }
 
@@ -21,7 +22,9 @@ std::unique_ptr<Leg> Itinerary::next(const std::atomic<bool>* stop) {
   for (int passed_over = 0; passed_over <= (tour_ ? kMostPassedOver : 0); ++passed_over) {
     Route route = tour_ ? tour_->next(stop) : planned(stop);
     length_um = route.length_um();
-    if (length_um > tolerance_um) return std::make_unique<Leg>(store_, options_, std::move(route), tour_ ? legs_++ : 0);
+    if (!(length_um > tolerance_um)) continue;
+    const std::optional<CellReach> reach = options_.solver ? std::nullopt : reaches_.of(route.cell(), stop);
+    return std::make_unique<Leg>(store_, options_, std::move(route), tour_ ? legs_++ : 0, reach);
   }
   char text[160];
   std::snprintf(

@@ -2,6 +2,7 @@
 // thread.
 #pragma once
 
+#include "solver/travel/hand/internal/cell_reaches.h"
 #include "solver/travel/routes/tour.h"
 #include "solver/travel/run/internal/leg.h"
 
@@ -29,6 +30,7 @@ class Itinerary {
   Route planned(const std::atomic<bool>* stop) const;
   const TileStore& store_;
   const RunOptions& options_;
+  CellReaches reaches_;
   std::optional<Tour> tour_;
   std::uint64_t legs_ = 0;
 };

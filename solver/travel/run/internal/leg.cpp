@@ -17,8 +17,10 @@ TileId homeOf(const TileStore& store, const Route& route) {
 
 }  // namespace
 
-Leg::Leg(const TileStore& store, const RunOptions& options, Route planned, std::uint64_t number)
+Leg::Leg(const TileStore& store, const RunOptions& options, Route planned, std::uint64_t number,
+         const std::optional<CellReach>& its_reach)
     : route(std::move(planned)),
+      reach(its_reach),
       home(homeOf(store, route)),
       person(route, options.person, options.seed + number),
       nominal_limit_s(10 * (route.length_um() / (options.zoom_um / Workspace::kZoomSpan_m)) / options.person.speed_m_s +

@@ -8,13 +8,16 @@
 #include "solver/travel/run/run_options.h"
 
 #include <cstdint>
+#include <optional>
 
 namespace filiform::internal {
 
 struct Leg {
   // `number` counts the legs of a run from 0, so that each leg has its own tremor. Throws UsageError if no tile is the
   // home of the route's first point, and as SimulatedPerson does.
-  Leg(const TileStore& store, const RunOptions& options, Route planned, std::uint64_t number);
+  // `reach`: of the route's cell; none: that of RunOptions::solver.
+  Leg(const TileStore& store, const RunOptions& options, Route planned, std::uint64_t number,
+      const std::optional<CellReach>& reach);
   Leg(const Leg&) = delete;
   Leg& operator=(const Leg&) = delete;
 
@@ -22,6 +25,7 @@ struct Leg {
   NodeId firstNode() const noexcept { return {route.cell(), first().rank}; }
 
   Route route;
+  std::optional<CellReach> reach;
   TileId home;  // of the route's first point
   RouteTracker tracker{route};
   SimulatedPerson person;

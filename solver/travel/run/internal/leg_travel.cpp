@@ -33,6 +33,7 @@ bool LegTravel::enter(const Leg& leg, const Vector3d& h_D, const RunTime& time) 
   NavigationCommand command;
   command.kind = NavigationCommand::Kind::jump;
   command.place = hand_.graph().placeAt(leg.home, leg.route.first_segment(), leg.route.first_t());
+  command.reach = leg.reach;
   if (!hand_.navigation().apply(command, h_D)) return false;
   ++counts_.begun;
   leg_end_periods_ = time.periods() + time.periodsOf(leg.nominal_limit_s);

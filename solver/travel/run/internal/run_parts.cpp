@@ -5,7 +5,6 @@
 #include "index/errors.h"
 #include "index/output.h"
 #include "index/text.h"
-#include "solver/proxy/parameters.h"
 #include "solver/travel/run/recorded_options.h"
 
 #include <cmath>
@@ -55,8 +54,8 @@ RunParts::RunParts(const TileStore& scene, const RunOptions& wanted)
   choice = chooseNavigation(device.capabilities(), {device.heldDevice(), time.period_s(), options.zoom_um,
                                                     options.stiffness_N_m, options.passivity, options.leap});
   choice.navigation.buttons.fill(ButtonAction::none);
-  const SolverParameters parameters = options.solver ? *options.solver : automaticParameters(store, first_cell);
-  hand.emplace(store, tiles, device, makeProxySolver(options.method, parameters), choice.navigation);
+  hand.emplace(store, tiles, device, makeProxySolver(options.method, options.solver.value_or(SolverParameters{})),
+               choice.navigation);
   hand->setMeasured(options.realtime);
   noteStability();
   const double limit_s = device.replaysMarks() ? kEndless_s : itinerary.isTour() ? kTourTime_s : first->nominal_limit_s;

@@ -68,7 +68,7 @@ SessionCommand fromJson(const SessionJson& json) {
 
 }  // namespace
 
-SessionCommands readSessionCommands(const std::string& path, TileId tile_count) {
+SessionCommands readSessionCommands(const std::string& path, const TileStore& scene) {
   std::ifstream in(path, std::ios::binary);
   if (!in) throw IoError(inShort(path), "cannot read the session's commands, which belong to the recording", errno);
   SessionCommands session;
@@ -87,8 +87,9 @@ SessionCommands readSessionCommands(const std::string& path, TileId tile_count) 
     throw InputError(inShort(path) + ": not the commands of a session: " + error.what());
   }
   for (const SessionCommand& one : session.commands)
-    if (one.command.place.valid() && one.command.place.tile >= tile_count)
-      throw InputError(inShort(path) + ": recorded in another scene, which has more tiles");
+    if (const ProxyPlace& p = one.command.place;
+        p.valid() && (p.tile >= scene.tile_count() || p.segment.cell >= scene.cell_count()))
+      throw InputError(inShort(path) + ": recorded in another scene, which has more tiles or cells");
   return session;
 }
 

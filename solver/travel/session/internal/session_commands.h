@@ -2,7 +2,7 @@
 // states. Thread rule: values and functions without state; not for the haptic thread.
 #pragma once
 
-#include "index/tile/tile.h"
+#include "index/set/tile_store.h"
 #include "solver/proxy/proxy_solver.h"
 #include "solver/workspace/button_map.h"
 #include "solver/workspace/navigation_link.h"
@@ -27,8 +27,8 @@ struct SessionCommands {
 };
 
 // Throws IoError if the file cannot be read. Throws InputError if the file does not hold commands, or if a place lies
-// in a tile that the scene does not have.
-SessionCommands readSessionCommands(const std::string& path, TileId tile_count);
+// in a tile or a cell that the scene does not have.
+SessionCommands readSessionCommands(const std::string& path, const TileStore& scene);
 // Throws as Output does.
 void writeSessionCommands(const std::string& path, const SessionCommands& commands);
 

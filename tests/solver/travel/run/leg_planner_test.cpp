@@ -3,6 +3,8 @@
 #include "index/ingest/ingest.h"
 #include "index/set/tile_set.h"
 #include "index/set/tiles_ahead.h"
+#include "solver/proxy/parameters.h"
+#include "tests/support/scenes/memory_store.h"
 #include "tests/support/scenes/random_cells.h"
 #include "tests/support/scenes/slow_folder.h"
 #include "tests/support/temp_folder.h"
@@ -41,6 +43,26 @@ TEST_F(LegPlannerTest, PlansLegsAheadAndTakesThemBack) {
   ASSERT_NE(leg, nullptr);
   EXPECT_EQ(leg->route.cell(), 0u);
   EXPECT_TRUE(planner.giveBack(leg));
+}
+
+TEST(Itinerary, ALegHasTheReachOfItsCell) {
+  const auto store = test::storeOf(test::fineAndCoarse());
+  for (const bool given : {false, true}) {
+    RunOptions options;
+    options.route = routeChoiceOf("tour:1");
+    options.method = SolverMethod::force_listing;
+    if (given) options.solver.emplace();
+    Itinerary itinerary(*store, options);
+    bool seen[2] = {};
+    for (int i = 0; i < 10; ++i) {
+      const std::unique_ptr<Leg> leg = itinerary.next();
+      ASSERT_EQ(leg->reach.has_value(), !given);
+      if (given) continue;
+      EXPECT_EQ(leg->reach->r_max_um, automaticParameters(*store, leg->route.cell()).r_max_um);
+      seen[leg->route.cell()] = true;
+    }
+    EXPECT_TRUE(given || (seen[0] && seen[1]));
+  }
 }
 
 TEST_F(LegPlannerTest, EndsWithoutReadingTheRestOfACell) {

@@ -1,6 +1,8 @@
 #include "solver/travel/session/internal/session_commands.h"
 
 #include "index/errors.h"
+#include "tests/support/scenes/memory_store.h"
+#include "tests/support/scenes/random_cells.h"
 #include "tests/support/temp_folder.h"
 
 #include <gtest/gtest.h>
@@ -35,7 +37,8 @@ TEST(SessionCommands, AreReadBackToTheBit) {
   const test::TempFolder folder;
   const SessionCommands written = manyCommands();
   writeSessionCommands(folder / "a.json", written);
-  const SessionCommands read = readSessionCommands(folder / "a.json", 3);
+  const auto scene = test::storeOf(test::randomColumn(11, 4, 400, 200));
+  const SessionCommands read = readSessionCommands(folder / "a.json", *scene);
   EXPECT_EQ(read.zoom_um, written.zoom_um);
   EXPECT_EQ(read.stiffness_N_m, written.stiffness_N_m);
   EXPECT_EQ(read.rate_Hz, written.rate_Hz);
@@ -67,7 +70,10 @@ TEST(SessionCommands, AreReadBackToTheBit) {
 TEST(SessionCommands, OfALargerSceneAreRefused) {
   const test::TempFolder folder;
   writeSessionCommands(folder / "a.json", manyCommands());
-  EXPECT_THROW(readSessionCommands(folder / "a.json", 2), InputError);
+  const auto few_cells = test::storeOf(test::randomColumn(11, 3, 400, 200)),
+             one_tile = test::storeOf(test::randomColumn(11, 4, 4, 20), 4096);
+  EXPECT_THROW(readSessionCommands(folder / "a.json", *few_cells), InputError);
+  EXPECT_THROW(readSessionCommands(folder / "a.json", *one_tile), InputError);
 }
 
 }  // namespace

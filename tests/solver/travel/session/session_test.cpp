@@ -8,6 +8,7 @@
 #include "solver/graph/graph_view.h"
 #include "tests/support/devices/paced_device.h"
 #include "tests/support/scenes/counting_store.h"
+#include "tests/support/scenes/memory_store.h"
 #include "tests/support/scenes/random_cells.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/what_of.h"
@@ -126,6 +127,48 @@ TEST_F(Sessions, FreeThenConstrainedAgain) {
   session.jump(back, false);
   session.advance(1);
   EXPECT_EQ(session.update().mode, NavigationMode::constrained);
+}
+
+// In memory, and in a replay of the recording.
+TEST_F(Sessions, TheReachIsThatOfTheProxysCell) {
+  const test::TempFolder folder;
+  const std::vector<Cell> cells = test::fineAndCoarse();
+  const auto both = test::storeOf(cells), coarse = test::storeOf({cells[1]});
+  const auto path = [](Session& session) {
+    std::vector<Vector3d> places;
+    for (int i = 0; i < 300; ++i) {
+      const double turn = 0.02 * i;
+      session.point(Pointing::at(0.05 * Vector3d(1 - std::cos(turn), std::sin(2 * turn), std::sin(turn))));
+      session.advance(10);
+      places.push_back(session.update().p_W);
+    }
+    return places;
+  };
+  const SessionOptions options{.method = SolverMethod::force, .zoom_um = 1000, .in_memory = true};
+  std::vector<Vector3d> travelled;
+  {
+    SessionOptions recorded = options;
+    recorded.record = folder / "a.rec";
+    Session session(*both, recorded);
+    session.jump(placeNear(*both, {0, 0, 0}));
+    session.advance(10);
+    session.jump(placeNear(*both, test::kCoarse_W));
+    travelled = path(session);
+    session.finish();
+  }
+  Session only(*coarse, options);
+  only.advance(10);
+  only.jump(placeNear(*coarse, test::kCoarse_W));
+  EXPECT_EQ(travelled, path(only));
+  SessionOptions basic = options;
+  basic.method = SolverMethod::basic;
+  Session without(*coarse, basic);
+  without.advance(10);
+  without.jump(placeNear(*coarse, test::kCoarse_W));
+  EXPECT_NE(travelled, path(without)) << "the reach takes no part";
+  Session replay(*both, {.device = "replay:" + folder / "a.rec", .in_memory = true});
+  replay.advance(3010);
+  EXPECT_EQ(replay.update().p_W, travelled.back());
 }
 
 // The same states, bit for bit, from the recording alone.
@@ -300,29 +343,31 @@ TEST_F(Sessions, InRealTimeAJumpWaitsForItsTile) {
     EXPECT_TRUE(done(session.update()));
     EXPECT_EQ(session.fault(), "");
   };
-  NavigationSnapshot last;
-  const std::string file = folder / "t.rec";
-  {
-    Session session(*set, {.budget_bytes = Residency::floorBytes(*set) * 2, .record = file});
-    session.start();
-    for (const Vector3d& p_W : {Vector3d(20, -30, 0), Vector3d(-60, 90, 10)}) {
-      const ProxyPlace place = placeNear(*set, p_W);
-      session.jump(place);
-      wait(session, [&](const NavigationSnapshot& s) { return !session.awaited() && s.p_W == place.p_W; });
+  for (const SolverMethod method : {SolverMethod::climb, SolverMethod::force}) {
+    NavigationSnapshot last;
+    const std::string file = folder / (std::string(toString(method)) + ".rec");
+    {
+      Session session(*set, {.method = method, .budget_bytes = Residency::floorBytes(*set) * 2, .record = file});
+      session.start();
+      for (const Vector3d& p_W : {Vector3d(20, -30, 0), Vector3d(-60, 90, 10)}) {
+        const ProxyPlace place = placeNear(*set, p_W);
+        session.jump(place);
+        wait(session, [&](const NavigationSnapshot& s) { return !session.awaited() && s.p_W == place.p_W; });
+      }
+      session.point(Pointing::push({0.005, 0, 0}));
+      const std::uint64_t until = session.now().tick + 300;
+      wait(session, [&](const NavigationSnapshot& s) { return s.tick >= until; });
+      session.finish();
+      last = session.now();
+      ASSERT_NE(session.metrics(), nullptr);
     }
-    session.point(Pointing::push({0.005, 0, 0}));
-    const std::uint64_t until = session.now().tick + 300;
-    wait(session, [&](const NavigationSnapshot& s) { return s.tick >= until; });
-    session.finish();
-    last = session.now();
-    ASSERT_NE(session.metrics(), nullptr);
+    Session replay(*set, {.device = "replay:" + file});
+    replay.advance(1U << 20);
+    EXPECT_TRUE(replay.replayEnded());
+    EXPECT_EQ(replay.update().tick, last.tick);
+    EXPECT_EQ(replay.now().p_W, last.p_W);
+    EXPECT_EQ(replay.now().centre_W, last.centre_W);
   }
-  Session replay(*set, {.device = "replay:" + file});
-  replay.advance(1U << 20);
-  EXPECT_TRUE(replay.replayEnded());
-  EXPECT_EQ(replay.update().tick, last.tick);
-  EXPECT_EQ(replay.now().p_W, last.p_W);
-  EXPECT_EQ(replay.now().centre_W, last.centre_W);
 }
 
 // A tile fails its checksum while the scene is open.
@@ -353,6 +398,37 @@ TEST_F(Sessions, ADamagedTileIsReportedAndTheTravelContinues) {
   EXPECT_EQ(session.fault(), "");
   const std::uint64_t until = session.now().tick + 100;
   EXPECT_TRUE(wait([&](const NavigationSnapshot& s) { return s.tick >= until; }));
+  session.finish();
+}
+
+// The reach of a force-based method needs all tiles of the cell.
+TEST_F(Sessions, ACellWhoseReachCannotBeReadIsReportedAndTheTravelContinues) {
+  const std::vector<Cell> cells = test::fineAndCoarse();
+  const auto both = test::storeOf(cells);
+  const ProxyPlace here = placeNear(*both, test::kCoarse_W), there = placeNear(*both, {0, 0, 0});
+  TileId other = there.tile;
+  for (const TileId tile : both->cellTiles(there.segment.cell))
+    if (tile != there.tile) other = tile;
+  ASSERT_NE(other, there.tile);
+  test::CountingStore damaged(*both);
+  damaged.failLoads(other);
+  Session session(damaged, {.method = SolverMethod::force});
+  session.start();
+  const auto wait = [&](const auto& done) {
+    for (int i = 0; i < 4000 && !done(session.update()); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    return done(session.update());
+  };
+  session.jump(there);
+  session.jump(here);  // replaces the jump whose cell is being read
+  ASSERT_TRUE(wait([&](const NavigationSnapshot& s) { return s.p_W == here.p_W; }));
+  session.jump(there);
+  EXPECT_TRUE(wait([&](const NavigationSnapshot&) { return !session.awaited(); }));
+  const std::vector<std::string> notes = session.takeNotes();
+  ASSERT_EQ(notes.size(), 1U);
+  EXPECT_TRUE(notes[0].starts_with("no jump: ")) << notes[0];
+  EXPECT_EQ(session.update().p_W, here.p_W);
+  session.jump(here, false);
+  EXPECT_TRUE(wait([&](const NavigationSnapshot&) { return !session.awaited(); }));
   session.finish();
 }
 

@@ -12,6 +12,7 @@
 #include <limits>
 #include <random>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -92,6 +93,37 @@ TEST_F(Stepped, TheForceIsBoundedWhateverTheHandDoes) {
       ASSERT_EQ(tick.wrench.force_N, Vector3d::Zero());
     }
     ASSERT_NO_FATAL_FAILURE(bounds.check(tick.wrench.force_N, given));
+  }
+}
+
+// After a jump, the proxy travels as in a set that has no other cell.
+TEST_F(Stepped, TheReachIsThatOfTheProxysCell) {
+  const std::vector<Cell> cells = test::fineAndCoarse();
+  const auto both = test::storeOf(cells), fine = test::storeOf({cells[0]}), coarse = test::storeOf({cells[1]});
+  const auto pathFrom = [](const TileStore& store, SteppedTravel& travel, const Vector3d& p_W) {
+    travel.tick(Vector3d::Zero(), kTick_s);
+    jumpTo(store, travel, p_W);
+    std::vector<Vector3d> places;
+    for (int i = 0; i < 3000; ++i) {
+      const double turn = 0.002 * i;
+      travel.tick(0.03 * Vector3d(1 - std::cos(turn), std::sin(2 * turn), std::sin(turn)), kTick_s);
+      places.push_back(travel.place().p_W);
+    }
+    return places;
+  };
+  const auto alone = [&](const TileStore& store, SolverMethod method, const Vector3d& p_W) {
+    SteppedTravel travel(store, {.method = method, .zoom_um = 1000});
+    return pathFrom(store, travel, p_W);
+  };
+  for (const SolverMethod method : {SolverMethod::force, SolverMethod::force_listing}) {
+    SteppedTravel travel(*both, {.method = method, .zoom_um = 1000});
+    for (int round = 0; round < 2; ++round) {
+      for (const auto& [store, p_W] : {std::pair(fine.get(), Vector3d(0, 0, 0)), {coarse.get(), test::kCoarse_W}}) {
+        const std::vector<Vector3d> path = pathFrom(*both, travel, p_W);
+        EXPECT_EQ(path, alone(*store, method, p_W)) << toString(method) << ", round " << round;
+        EXPECT_NE(path, alone(*store, SolverMethod::basic, p_W)) << "the reach takes no part";
+      }
+    }
   }
 }
 
