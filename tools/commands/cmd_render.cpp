@@ -164,7 +164,7 @@ SceneFrame frameOf(const TileStore& store, const RenderArguments& a,
   frame.budget.segments = a.segments;
   frame.budget.samples = a.samples;
   frame.budget.enough_px = a.error_px;
-  if (!a.highlight.empty()) frame.cell = findCellNamed(store, a.highlight, "--highlight");
+  if (!a.highlight.empty()) frame.cells = {findCellNamed(store, a.highlight, "--highlight")};
   return frame;
 }
 

@@ -13,6 +13,15 @@ struct Rgba {
   friend bool operator==(const Rgba&, const Rgba&) = default;
 };
 
+// The four bytes as a number, red lowest.
+constexpr std::uint32_t paintOf(const Rgba& c) {
+  return c.r | std::uint32_t{c.g} << 8 | std::uint32_t{c.b} << 16 | std::uint32_t{c.a} << 24;
+}
+constexpr Rgba colourOfPaint(std::uint32_t paint) {
+  const auto byte = [paint](int shift) { return static_cast<std::uint8_t>(paint >> shift); };
+  return {byte(0), byte(8), byte(16), byte(24)};
+}
+
 // Of panels, and of the ground of pictures.
 enum class Theme : std::uint8_t { dark, light };
 inline constexpr Theme kThemes[] = {Theme::dark, Theme::light};

@@ -33,8 +33,13 @@ std::string reasonOf(const std::exception_ptr& error) {
 
 CardTiles::CardTiles(const TileStore& store, const Levels* levels, Renderer& renderer, double shallow_um,
                      double deep_um)
-    : store_(store), levels_(levels), renderer_(renderer), first_tile_(levels != nullptr ? levels->size() : 0) {
-  loader_ = std::make_unique<BatchLoader>(store, levels, shallow_um, deep_um);
+    : store_(store),
+      levels_(levels),
+      renderer_(renderer),
+      first_tile_(levels != nullptr ? levels->size() : 0),
+      shallow_um_(shallow_um),
+      deep_um_(deep_um) {
+  loader_ = std::make_unique<BatchLoader>(store, levels);
 }
 
 CardTiles::Node CardTiles::above(Node node) const {
@@ -43,25 +48,30 @@ CardTiles::Node CardTiles::above(Node node) const {
   return level == Levels::kRoots ? kNone : level;
 }
 
-bool CardTiles::setAppearance(ColourBy colour, const std::shared_ptr<const CellColours>& cell_colours,
-                              std::optional<std::uint32_t> cell) {
+bool CardTiles::setAppearance(const SceneFrame& f) {
   ++frame_;
   bool changed = false;
-  if (colour != colour_ || cell_colours != cell_colours_) {
-    colour_ = colour;
-    cell_colours_ = cell_colours;
-    ++generation_;
+  if (palettes_ == 0 || f.colour != colour_ || f.cell_colours != cell_colours_ || f.states != states_) {
+    colour_ = f.colour;
+    cell_colours_ = f.cell_colours;
+    states_ = f.states;
+    CellPalette palette = makePalette(store_.cell_count(), colour_, cell_colours_.get(), states_.get());
+    palette.shallow_um = shallow_um_;
+    palette.deep_um = deep_um_;
+    renderer_.paint(palette);
+    ++palettes_;
     changed = true;
   }
-  if (cell != cell_) {
-    cell_ = cell;
-    shown_changed_ = true;
-    cell_slot_ = {};
-    renderer_.remove(kCell);
-    changed = true;
-  }
-  request_again_ |= changed;
-  return changed;
+  bool other_cells = false;
+  std::erase_if(cells_, [&](const auto& cell) {
+    if (std::binary_search(f.cells.begin(), f.cells.end(), cell.first)) return false;
+    renderer_.remove(kFirstCell + cell.first);
+    return other_cells = true;
+  });
+  for (const std::uint32_t cell : f.cells) other_cells |= cells_.try_emplace(cell).second;
+  shown_changed_ |= other_cells;
+  request_again_ |= other_cells;
+  return changed || other_cells;
 }
 
 bool CardTiles::choose(const LevelView& view, const Vector3d& focus_W, std::uint64_t most_segments, double enough_px,
@@ -107,7 +117,7 @@ void CardTiles::request(bool with_stand_ins, double now_s) {
   const auto wish = [&](Node node) {
     Slot& tile = slots_[node];
     tile.used = frame_;
-    if (isCurrent(tile) || !isDue(tile)) return;
+    if (tile.uploaded || !isDue(tile)) return;
     const Node coarser = above(node);
     const double error_px = coarser == kNone ? INFINITY : levels_->errorOnScreen(coarser, chosen_view_);
     wishes.push_back({error_px, node});
@@ -124,25 +134,17 @@ void CardTiles::request(bool with_stand_ins, double now_s) {
     return std::min(a.node, first_tile_) < std::min(b.node, first_tile_);
   });
   std::vector<TileJob> jobs;
-  jobs.reserve(wishes.size() + 1);
+  jobs.reserve(wishes.size() + cells_.size());
   // After the tiles for which nothing stands in: a cell may lie in many tiles.
   auto after_first =
       std::find_if(wishes.begin(), wishes.end(), [](const Wish& w) { return std::isfinite(w.error_px); });
-  const bool wants_cell = cell_ && !isCurrent(cell_slot_) && isDue(cell_slot_);
   for (auto w = wishes.begin();; ++w) {
-    if (w == after_first && wants_cell)
-      jobs.push_back({.key = kNone,
-                      .generation = generation_,
-                      .colour = colour_,
-                      .cell_colours = cell_colours_,
-                      .whole_cell = *cell_});
+    if (w == after_first)
+      for (const auto& [cell, slot] : cells_)
+        if (!slot.uploaded && isDue(slot)) jobs.push_back({.key = kNone, .whole_cell = cell});
     if (w == wishes.end()) break;
-    jobs.push_back({.key = w->node,
-                    .generation = generation_,
-                    .level = isLevel(w->node),
-                    .tile = isLevel(w->node) ? w->node : w->node - first_tile_,
-                    .colour = colour_,
-                    .cell_colours = cell_colours_});
+    const bool level = isLevel(w->node);
+    jobs.push_back({.key = w->node, .level = level, .tile = level ? w->node : w->node - first_tile_});
   }
   for (const LevelId level : chosen_.unread) {
     const auto failed = unread_.find(level);
@@ -165,11 +167,11 @@ bool CardTiles::upload(const SceneBudget& budget, bool all, double now_s, SceneF
       came |= tookDirectory(loaded, now_s);
       continue;
     }
-    if (loaded.job.generation != generation_) continue;
-    const bool is_cell = loaded.job.key == kNone;
+    const std::uint32_t cell = loaded.job.whole_cell;
+    const bool is_cell = cell != UINT32_MAX;
     const auto found = slots_.find(loaded.job.key);
-    if (is_cell ? cell_ != loaded.job.whole_cell : found == slots_.end()) continue;
-    Slot& tile = is_cell ? cell_slot_ : found->second;
+    if (is_cell ? !cells_.contains(cell) : found == slots_.end()) continue;
+    Slot& tile = is_cell ? cells_[cell] : found->second;
     came = true;
     const bool shown = is_cell || std::binary_search(shown_.begin(), shown_.end(), loaded.job.key);
     shown_changed_ |= shown;
@@ -180,13 +182,12 @@ bool CardTiles::upload(const SceneBudget& budget, bool all, double now_s, SceneF
       continue;
     }
     if (is_cell) {
-      renderer_.put(kCell, loaded.batch, Layer::highlight);
+      renderer_.put(kFirstCell + cell, loaded.batch, Layer::highlight);
     } else {
       renderer_.put(loaded.job.key, loaded.batch);
       renderer_.show(loaded.job.key, shown);
     }
     tile.uploaded = true;
-    tile.generation = generation_;
     tile.implausible = loaded.batch.implausible_radii;
     ++figures.uploads;
     figures.upload_bytes += loaded.batch.segments.size() * sizeof(DrawnSegment);
@@ -277,7 +278,7 @@ void CardTiles::countChosen(SceneFigures& figures) {
     const Slot& tile = slots_[node];
     if (tile.error)
       figures.failed.push_back(reasonOf(tile.error));
-    else if (!isCurrent(tile))
+    else if (!tile.uploaded)
       ++figures.pending;
     bool represented = false;
     for (Node over = node; over != kNone && !represented; over = above(over))
@@ -323,29 +324,28 @@ void CardTiles::count(SceneFigures& figures) {
     figures.hidden += levels_->entry(node).hidden;
     figures.error_px = std::max(figures.error_px, levels_->errorOnScreen(node, chosen_view_));
   }
-  if (cell_ && cell_slot_.error) {
-    std::string line = "the highlighted cell: ";
-    line += reasonOf(cell_slot_.error);
-    figures.failed.push_back(std::move(line));
+  for (const auto& [cell, slot] : cells_) {
+    if (slot.error) figures.failed.push_back("a highlighted cell: " + reasonOf(slot.error));
+    if (!slot.error && !slot.uploaded) ++figures.pending;
   }
-  if (cell_ && !cell_slot_.error && !isCurrent(cell_slot_)) ++figures.pending;
   figures.complete = figures.pending == 0 && figures.stand_ins == 0 && figures.failed.empty();
   figures.card_bytes = renderer_.bytes();
 }
 
 std::size_t CardTiles::wholeDone() {
-  const auto isDone = [this](const Slot& tile) {
+  const auto isDone = [](const Slot& tile) {
     if (tile.error) std::rethrow_exception(tile.error);
-    return isCurrent(tile);
+    return tile.uploaded;
   };
-  std::size_t done = cell_ && isDone(cell_slot_) ? 1 : 0;
+  std::size_t done = 0;
+  for (const auto& [cell, slot] : cells_) done += isDone(slot) ? 1 : 0;
   for (const LevelPart& part : chosen_.parts) done += isDone(slots_[nodeOf(part)]) ? 1 : 0;
   return done;
 }
 
 void CardTiles::removeAll() {
   for (const auto& [node, tile] : slots_) renderer_.remove(node);
-  renderer_.remove(kCell);
+  for (const auto& [cell, slot] : cells_) renderer_.remove(kFirstCell + cell);
   slots_.clear();
 }
 

@@ -78,7 +78,7 @@ SceneFrame OpenScene::frame(bool own_cell, Theme theme) {
   }
   SceneFrame frame;
   frame.background = groundOf(theme);
-  frame.cell = chosen_;
+  if (chosen_) frame.cells = {*chosen_};
   frame.camera = camera_;
   frame.cell_colours = attributes_->colours();
   if (now().tick > 0) frame.proxy_W = now().p_W;
@@ -86,7 +86,7 @@ SceneFrame OpenScene::frame(bool own_cell, Theme theme) {
   if (companion_) frame.companion_W = companion_->p_W;
   if (viewpoint_.isOverview()) return frame;
   frame.workspace = &viewpoint_.workspace();
-  if (own_cell && !chosen_ && now().place.valid() && !goesAlong()) frame.cell = now().place.segment.cell;
+  if (own_cell && !chosen_ && now().place.valid() && !goesAlong()) frame.cells = {now().place.segment.cell};
   if (now().tick > 0 && now().has_stylus)
     frame.stylus = Stylus{now().h_W, now().rotation_WD * Eigen::Quaterniond(now().stylus_D)};
   frame.junction = travel_->junction();
