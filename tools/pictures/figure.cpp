@@ -119,7 +119,7 @@ VectorFigures drawVectors(Canvas& canvas, const PictureSize& size, const EyeView
     const NeuriteBatch batch = makeBatch(*tile, appearance, options);
     figures.implausible_radii += batch.implausible_radii;
     for (const DrawnSegment& segment : batch.segments)
-      addShape(shapes, batch, segment, colourOf(segment, batch, palette), view, size, px_rad);
+      addShape(shapes, batch, segment, paintedColour(segment, batch, palette), view, size, px_rad);
   }
   std::stable_sort(shapes.begin(), shapes.end(),
                    [](const Shape& a, const Shape& b) { return a.depth_um > b.depth_um; });

@@ -178,6 +178,12 @@ void Renderer::show(BatchId id, bool shown) {
   found->second.shown = shown;
   impl_->job.under_way = false;
 }
+void Renderer::place(BatchId id, Layer layer) {
+  const auto found = impl_->batches.find(id);
+  if (found == impl_->batches.end() || found->second.layer() == layer) return;
+  found->second.setLayer(layer);
+  impl_->job.under_way = false;
+}
 bool Renderer::isUnderWay() const { return impl_->job.under_way; }
 
 void Renderer::put(BatchId id, const NeuriteBatch& batch, Layer layer) {

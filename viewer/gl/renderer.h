@@ -40,7 +40,8 @@ class Renderer {
   void remove(BatchId id);  // no effect if the id is unknown
   // Shows or hides a batch in later pictures. No effect if the id is unknown.
   void show(BatchId id, bool shown);
-  std::uint64_t bytes() const;  // uploaded, of all batches
+  void place(BatchId id, Layer layer);  // likewise moves it to a layer
+  std::uint64_t bytes() const;          // uploaded, of all batches
   // Draws the neurites of all batches in these colours from the next picture on. Uploads no segment. Until the first
   // call, cells have their own colours. O(cells).
   void paint(const CellPalette& palette);

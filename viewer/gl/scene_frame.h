@@ -50,6 +50,7 @@ struct SceneFrame {
   ColourBy colour = ColourBy::cell;
   std::shared_ptr<const CellColours> cell_colours{};  // if set: replace `colour`
   std::shared_ptr<const CellStates> states{};         // nullptr: all cells are shown
+  std::uint8_t hidden_types = 0;                      // as CellPalette has them
   // Highlighted: drawn in full resolution over the others, which are dimmed. Ascending.
   std::vector<std::uint32_t> cells{};
   bool orthographic = false;  // see parallel()

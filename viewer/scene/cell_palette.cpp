@@ -1,7 +1,5 @@
 #include "viewer/scene/cell_palette.h"
 
-#include <cmath>
-
 namespace filiform {
 
 CellPalette makePalette(std::uint32_t cells, ColourBy colour, const CellColours* colours, const CellStates* states) {
@@ -17,7 +15,7 @@ CellPalette makePalette(std::uint32_t cells, ColourBy colour, const CellColours*
   return palette;
 }
 
-Rgba colourOf(const DrawnSegment& segment, const NeuriteBatch& batch, const CellPalette& palette) {
+Rgba paintedColour(const DrawnSegment& segment, const NeuriteBatch& batch, const CellPalette& palette) {
   const std::uint32_t cell = cellOfPaint(segment.paint);
   const Rgba own = cell < palette.of_cell.size() ? palette.of_cell[cell] : colourOfNumber(cell);
   const auto in = [&own](Rgba colour) { return Rgba{colour.r, colour.g, colour.b, own.a}; };
@@ -29,9 +27,8 @@ Rgba colourOf(const DrawnSegment& segment, const NeuriteBatch& batch, const Cell
     case ColourBy::depth:
       return in(colourOnRamp((batch.origin_W.y() + segment.a_um[1] - palette.shallow_um) /
                              (palette.deep_um - palette.shallow_um)));
-    // 0.05 to 5 um, the range of neurites, on a logarithmic scale.
     case ColourBy::radius:
-      return in(colourOnRamp(std::log10(segment.a_radius_um / 0.05) / 2));
+      return in(colourOnRamp(radiusOnRamp(segment.a_radius_um)));
     case ColourBy::tile:
       return in(colourOfNumber(batch.tile));
   }

@@ -18,6 +18,7 @@ using CellStates = std::vector<CellState>;
 struct CellPalette {
   ColourBy colour = ColourBy::cell;
   double shallow_um = 0, deep_um = 1;  // ColourBy::depth: y of the ramp's two ends, in either order
+  std::uint8_t hidden_types = 0;       // bit n: type n, 1 to 4; bit 0: all others
   std::vector<Rgba> of_cell;           // its alpha is the CellState; the colour is that of ColourBy::cell
 };
 
@@ -27,6 +28,6 @@ CellPalette makePalette(std::uint32_t cells, ColourBy colour, const CellColours*
 
 // The colour that a segment of a batch by cell is drawn with, before light and fog. Its alpha is the CellState. Cells
 // beyond the palette have their own colours, and are shown.
-Rgba colourOf(const DrawnSegment& segment, const NeuriteBatch& batch, const CellPalette& palette);
+Rgba paintedColour(const DrawnSegment& segment, const NeuriteBatch& batch, const CellPalette& palette);
 
 }  // namespace filiform

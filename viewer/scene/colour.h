@@ -39,6 +39,8 @@ Rgba colourOfNumber(std::uint64_t number);
 // The colour of an SWC type: soma, axon, basal dendrite, apical dendrite, and one for all others. Readers with colour
 // blindness can distinguish them (after Okabe and Ito).
 Rgba colourOfType(std::uint16_t type);
+// The part of the ramp for a radius: 0.05 to 5 um, the range of neurites, on a logarithmic scale.
+double radiusOnRamp(double radius_um);
 // From dark blue (0) over green to light yellow (1), with evenly growing lightness. NaN gives grey.
 Rgba colourOnRamp(double part);
 

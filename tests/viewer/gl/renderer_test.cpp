@@ -364,7 +364,7 @@ TEST_F(Renderers, LinesAreAPixelWide) {
   }
 }
 
-TEST_F(Renderers, APaletteDrawsTheColoursThatColourOfSays) {
+TEST_F(Renderers, APaletteDrawsThePaintedColours) {
   NeuriteBatch batch = ball(0, 3, 0, 20, {}, {0, 40, 0});
   batch.by_cell = true;
   batch.tile = 12;
@@ -382,7 +382,7 @@ TEST_F(Renderers, APaletteDrawsTheColoursThatColourOfSays) {
       batch.segments[0].paint = ownerPaint(cell, static_cast<std::uint16_t>(type));
       NeuriteBatch same = batch;
       same.by_cell = false;
-      Rgba own = colourOf(batch.segments[0], batch, palette);
+      Rgba own = paintedColour(batch.segments[0], batch, palette);
       own.a = markOfCell(cell);
       same.segments[0].paint = paintOf(own);
       const auto by_palette = drawnOf(batch), by_colour = drawnOf(same);

@@ -13,6 +13,7 @@
 #include "tests/support/temp_folder.h"
 
 #include <chrono>
+#include <set>
 
 #include <gtest/gtest.h>
 
@@ -357,7 +358,7 @@ TEST_F(SceneViews, AHighlightThatCannotBeReadIsTriedAgain) {
   broken.failLoads(broken.loadCellDetail(0).tiles.front(), 1);
   SceneFigures figures = settle(scene, frame);
   ASSERT_EQ(figures.failed.size(), 1u);
-  EXPECT_NE(figures.failed[0].find("a highlighted cell"), std::string::npos) << figures.failed[0];
+  EXPECT_NE(figures.failed[0].find("cell "), std::string::npos) << figures.failed[0];
   frame.time_s = 60;
   for (int i = 0; i < 100 && !figures.complete; ++i) {
     scene.waitForTiles(1);
@@ -420,6 +421,52 @@ TEST_F(SceneViews, OtherColoursAndStatesOfCellsShowInTheNextFrameAndUploadNothin
   EXPECT_EQ(none, std::uint64_t{160} * 100 * (ground.r + ground.g + ground.b));
   frame.states = nullptr;
   EXPECT_EQ(next().rgb, by_cell.rgb);
+}
+
+std::shared_ptr<const CellStates> only(const TileStore& store, std::vector<std::uint32_t> cells) {
+  auto states = std::make_shared<CellStates>(store.cell_count(), CellState::hidden);
+  for (const std::uint32_t cell : cells) (*states)[cell] = CellState::shown;
+  return states;
+}
+
+TEST_F(SceneViews, IsolatedCellsAloneAreReadAndCounted) {
+  CountingStore counted(*store_);
+  SceneView scene(counted, nullptr, renderer_);
+  SceneFrame frame = frameOf(scene);
+  frame.states = only(counted, {1, 3});
+  const SceneFigures figures = settle(scene, frame);
+  EXPECT_TRUE(figures.complete);
+  EXPECT_EQ(figures.segments, counted.cell(1).segments + counted.cell(3).segments);
+  std::set<TileId> own;
+  for (const std::uint32_t cell : {1U, 3U})
+    for (const TileId tile : counted.loadCellDetail(cell).tiles) own.insert(tile);
+  for (const TileId tile : counted.loads()) EXPECT_TRUE(own.contains(tile)) << "tile " << tile << " has none of them";
+}
+
+TEST_F(SceneViews, IsolatedCellsAreShownAtOnceFromWhatIsThereAndLookTheSameThen) {
+  SceneView scene(*store_, nullptr, renderer_);
+  SceneFrame frame = frameOf(scene);
+  settle(scene, frame);
+  const Picture all = renderer_.read();
+  frame.states = only(*store_, {2});
+  SceneFigures figures = scene.draw(frame);
+  EXPECT_TRUE(figures.redrawn);
+  const Picture at_once = renderer_.read();
+  EXPECT_NE(at_once.rgb, all.rgb);
+  figures = settle(scene, frame);
+  figures = scene.draw(frame);
+  EXPECT_EQ(figures.tiles, 0u) << "the cell alone is drawn";
+  EXPECT_EQ(figures.segments, store_->cell(2).segments);
+  EXPECT_TRUE(test::compare(renderer_.read(), at_once).showsTheSame());
+  frame.states = nullptr;
+  figures = scene.draw(frame);
+  EXPECT_EQ(figures.uploads, 0u) << "the tiles are still on the card";
+  settle(scene, frame);
+  EXPECT_EQ(renderer_.read().rgb, all.rgb);
+  // A whole picture needs no frame before it.
+  frame.states = only(*store_, {2});
+  SceneView at_rest(*store_, nullptr, renderer_);
+  EXPECT_EQ(at_rest.drawWhole(frame).segments, store_->cell(2).segments);
 }
 
 TEST_F(SceneViews, LeavesNothingOnTheCard) {

@@ -29,7 +29,7 @@ TEST(CellPalettes, ColourSegmentsAsTheyAreAskedTo) {
     std::vector<Rgba> list;
     CellPalette palette = makePalette(2, by, nullptr, nullptr);
     palette.shallow_um = 100, palette.deep_um = 0;
-    for (const DrawnSegment& s : batch.segments) list.push_back(colourOf(s, batch, palette));
+    for (const DrawnSegment& s : batch.segments) list.push_back(paintedColour(s, batch, palette));
     return list;
   };
   using List = std::vector<Rgba>;

@@ -54,6 +54,7 @@ class CardBatch {
   const Vector3d& origin_W() const { return origin_W_; }
   double pixel_um() const { return pixel_um_; }
   Layer layer() const { return layer_; }
+  void setLayer(Layer layer) { layer_ = layer; }
   bool by_cell() const { return by_cell_; }
   TileId tile() const { return tile_; }
 

@@ -39,6 +39,7 @@ void CardPalette::put(const CellPalette& palette) {
   glActiveTexture(GL_TEXTURE0);
   cells_ = static_cast<int>(cells);
   colour_ = palette.colour;
+  hidden_types_ = palette.hidden_types;
   shallow_um_ = palette.shallow_um;
   deep_um_ = palette.deep_um;
 }
@@ -49,6 +50,7 @@ void CardPalette::bind(Program& program, double receding) const {
   glActiveTexture(GL_TEXTURE0);
   program.set("palette", kUnit);
   program.set("cells", cells_);
+  program.set("hidden_types", hidden_types_);
   program.set("receding", receding);
 }
 

@@ -27,6 +27,7 @@ class CardPalette {
   GLuint texture_ = 0;
   int cells_ = 0;
   ColourBy colour_ = ColourBy::cell;
+  int hidden_types_ = 0;
   double shallow_um_ = 0, deep_um_ = 1;
 };
 

@@ -14,6 +14,10 @@ using Clock = std::chrono::steady_clock;
 
 // A tile that cannot be read is tried again after this time.
 constexpr double kRetry_s = 5;
+// Cells that are not hidden are drawn whole instead of the tiles if they have no more segments together.
+constexpr std::uint64_t kMostLone = 100'000;
+// Boxes of more cells are not compared with the tiles.
+constexpr std::size_t kMostBoxes = 4096;
 
 double elapsed_ms(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
@@ -51,27 +55,78 @@ CardTiles::Node CardTiles::above(Node node) const {
 bool CardTiles::setAppearance(const SceneFrame& f) {
   ++frame_;
   bool changed = false;
-  if (palettes_ == 0 || f.colour != colour_ || f.cell_colours != cell_colours_ || f.states != states_) {
+  if (palettes_ == 0 || f.colour != colour_ || f.cell_colours != cell_colours_ || f.states != states_ ||
+      f.hidden_types != hidden_types_) {
     colour_ = f.colour;
     cell_colours_ = f.cell_colours;
     states_ = f.states;
+    hidden_types_ = f.hidden_types;
     CellPalette palette = makePalette(store_.cell_count(), colour_, cell_colours_.get(), states_.get());
     palette.shallow_um = shallow_um_;
     palette.deep_um = deep_um_;
+    palette.hidden_types = hidden_types_;
     renderer_.paint(palette);
     ++palettes_;
+    findLone();
     changed = true;
   }
-  bool other_cells = false;
-  std::erase_if(cells_, [&](const auto& cell) {
-    if (std::binary_search(f.cells.begin(), f.cells.end(), cell.first)) return false;
-    renderer_.remove(kFirstCell + cell.first);
-    return other_cells = true;
-  });
-  for (const std::uint32_t cell : f.cells) other_cells |= cells_.try_emplace(cell).second;
+  const bool other_cells = (changed || f.cells != highlighted_) && setWhole(f);
+  highlighted_ = f.cells;
   shown_changed_ |= other_cells;
   request_again_ |= other_cells;
   return changed || other_cells;
+}
+
+void CardTiles::findLone() {
+  lone_.clear();
+  boxes_.clear();
+  if (states_ == nullptr) return;
+  const auto isHidden = [&](CellState state) { return state == CellState::hidden; };
+  const auto hidden = static_cast<std::size_t>(std::count_if(states_->begin(), states_->end(), isHidden));
+  if (hidden == 0 || store_.cell_count() - hidden > kMostBoxes) return;
+  std::uint64_t segments = 0;
+  for (std::uint32_t cell = 0; cell < store_.cell_count(); ++cell) {
+    if (cell < states_->size() && isHidden((*states_)[cell])) continue;
+    const CellRecord& record = store_.cell(cell);
+    if (record.removed || record.segments == 0) continue;
+    segments += record.segments;
+    lone_.push_back(cell);
+    boxes_.push_back(record.bounds);
+  }
+  if (segments > kMostLone) lone_.clear();
+}
+
+bool CardTiles::setWhole(const SceneFrame& f) {
+  std::map<std::uint32_t, Layer> wanted;
+  for (const std::uint32_t cell : lone_) wanted[cell] = Layer::neurites;
+  for (const std::uint32_t cell : f.cells) wanted[cell] = Layer::highlight;
+  bool changed = false;
+  std::erase_if(cells_, [&](const auto& cell) {
+    if (wanted.contains(cell.first)) return false;
+    renderer_.remove(kFirstCell + cell.first);
+    return changed = true;
+  });
+  for (const auto& [cell, layer] : wanted) {
+    const auto [at, is_new] = cells_.try_emplace(cell);
+    changed |= is_new || at->second.layer != layer;
+    at->second.layer = layer;
+    renderer_.place(kFirstCell + cell, layer);
+  }
+  return changed;
+}
+
+bool CardTiles::hasLone() const {
+  return std::all_of(lone_.begin(), lone_.end(), [this](std::uint32_t cell) { return cells_.at(cell).uploaded; });
+}
+
+void CardTiles::leaveHidden(std::vector<LevelPart>& parts) const {
+  if (boxes_.empty()) return;
+  std::erase_if(parts, [this](const LevelPart& part) {
+    const GridBox& content = part.level ? levels_->entry(part.tile).content : store_.entry(part.tile).content;
+    return std::none_of(boxes_.begin(), boxes_.end(), [&](const GridBox& box) {
+      return (box.lo.array() <= content.hi.array()).all() && (content.lo.array() <= box.hi.array()).all();
+    });
+  });
 }
 
 bool CardTiles::choose(const LevelView& view, const Vector3d& focus_W, std::uint64_t most_segments, double enough_px,
@@ -84,11 +139,18 @@ bool CardTiles::choose(const LevelView& view, const Vector3d& focus_W, std::uint
   choice.add(static_cast<double>(most_segments));
   choice.add(enough_px);
   choice.add(with_stand_ins ? 1 : 0);
+  choice.add(lone_.empty() ? 0 : hasLone() ? 2 : 1);
+  choice.add(static_cast<double>(boxes_.empty() ? 0 : palettes_));
   chosen_frame_ = frame_;
   if (choice == last_choice_ && !choose_again_) return false;
   // No frame waits for the directory; a whole picture does.
-  chosen_ = chooseTiles(store_, levels_, view, focus_W, most_segments, enough_px,
-                        with_stand_ins ? UnreadTiles::leave : UnreadTiles::read);
+  if (lone_.empty()) {
+    chosen_ = chooseTiles(store_, levels_, view, focus_W, most_segments, enough_px,
+                          with_stand_ins ? UnreadTiles::leave : UnreadTiles::read);
+    leaveHidden(chosen_.parts);
+  } else if (hasLone() || !with_stand_ins) {
+    chosen_ = {};  // until then what is there is shown
+  }
   last_choice_ = std::move(choice);
   choose_again_ = false;
   chosen_view_ = view;
@@ -123,6 +185,7 @@ void CardTiles::request(bool with_stand_ins, double now_s) {
     wishes.push_back({error_px, node});
   };
   for (const LevelPart& part : chosen_.parts) {
+    if (!lone_.empty()) break;
     wish(nodeOf(part));
     if (!with_stand_ins) continue;
     for (Node coarser = above(nodeOf(part)); coarser != kNone && met.insert(coarser).second; coarser = above(coarser))
@@ -171,7 +234,7 @@ bool CardTiles::upload(const SceneBudget& budget, bool all, double now_s, SceneF
     const bool is_cell = cell != UINT32_MAX;
     const auto found = slots_.find(loaded.job.key);
     if (is_cell ? !cells_.contains(cell) : found == slots_.end()) continue;
-    Slot& tile = is_cell ? cells_[cell] : found->second;
+    Slot& tile = is_cell ? static_cast<Slot&>(cells_[cell]) : found->second;
     came = true;
     const bool shown = is_cell || std::binary_search(shown_.begin(), shown_.end(), loaded.job.key);
     shown_changed_ |= shown;
@@ -182,7 +245,7 @@ bool CardTiles::upload(const SceneBudget& budget, bool all, double now_s, SceneF
       continue;
     }
     if (is_cell) {
-      renderer_.put(kFirstCell + cell, loaded.batch, Layer::highlight);
+      renderer_.put(kFirstCell + cell, loaded.batch, cells_[cell].layer);
     } else {
       renderer_.put(loaded.job.key, loaded.batch);
       renderer_.show(loaded.job.key, shown);
@@ -306,7 +369,7 @@ void CardTiles::count(SceneFigures& figures) {
   figures.limited = chosen_.limited;
   figures.failed.clear();
   figures.has_gaps = false;
-  countChosen(figures);
+  if (lone_.empty()) countChosen(figures);
   // While the choice is frozen, nothing more is chosen.
   for (const LevelId level : chosen_.unread)
     if (const auto failed = unread_.find(level); failed != unread_.end())
@@ -324,8 +387,12 @@ void CardTiles::count(SceneFigures& figures) {
     figures.hidden += levels_->entry(node).hidden;
     figures.error_px = std::max(figures.error_px, levels_->errorOnScreen(node, chosen_view_));
   }
+  for (const std::uint32_t cell : lone_) {
+    figures.segments += cells_[cell].uploaded ? store_.cell(cell).segments : 0;
+    figures.implausible_radii += cells_[cell].implausible;
+  }
   for (const auto& [cell, slot] : cells_) {
-    if (slot.error) figures.failed.push_back("a highlighted cell: " + reasonOf(slot.error));
+    if (slot.error) figures.failed.push_back("cell " + store_.cell(cell).name + ": " + reasonOf(slot.error));
     if (!slot.error && !slot.uploaded) ++figures.pending;
   }
   figures.complete = figures.pending == 0 && figures.stand_ins == 0 && figures.failed.empty();

@@ -33,7 +33,7 @@ class CardTiles {
   CardTiles(const TileStore& store, const Levels* levels, Renderer& renderer, double shallow_um, double deep_um);
 
   // Starts a frame. Sets its colours, the states of cells and the highlighted cells. True: the picture changes. Colours
-  // and states upload no segment.
+  // and states upload no segment. Few cells that alone are not hidden are loaded whole then, and replace all tiles.
   bool setAppearance(const SceneFrame& frame);
   std::uint64_t palettes() const { return palettes_; }  // that were set so far
   // Chooses tiles as chooseTiles() does, and requests those that are missing, stand-ins only if `with_stand_ins`.
@@ -95,6 +95,10 @@ class CardTiles {
   Node above(Node node) const;                                 // the level tile right above, kNone for roots
   bool tookDirectory(const LoadedTile& loaded, double now_s);  // true: the figures or the choice may change
   void countChosen(SceneFigures& figures);
+  void findLone();                                        // of these states
+  bool setWhole(const SceneFrame& frame);                 // true: other cells, or others of them highlighted
+  bool hasLone() const;                                   // all of them are uploaded
+  void leaveHidden(std::vector<LevelPart>& parts) const;  // leaves out parts in which all cells are hidden
 
   const TileStore& store_;
   const Levels* levels_;
@@ -114,10 +118,17 @@ class CardTiles {
   std::uint64_t frame_ = 0;
   double shallow_um_, deep_um_;
   std::uint64_t palettes_ = 0;
+  std::uint8_t hidden_types_ = 0;
   ColourBy colour_ = ColourBy::cell;
   std::shared_ptr<const CellColours> cell_colours_;
   std::shared_ptr<const CellStates> states_;
-  std::map<std::uint32_t, Slot> cells_;  // drawn whole: a batch each, requested under the key kNone
+  struct WholeCell : Slot {
+    Layer layer = Layer::neurites;
+  };
+  std::map<std::uint32_t, WholeCell> cells_;  // drawn whole: a batch each, requested under the key kNone
+  std::vector<std::uint32_t> highlighted_;    // of the last frame
+  std::vector<std::uint32_t> lone_;           // the cells that are not hidden, if these are few and small; ascending
+  std::vector<GridBox> boxes_;                // of the cells that are not hidden; empty: of all, or too many
   bool request_again_ = false;
   double next_retry_s_ = INFINITY;
 };
