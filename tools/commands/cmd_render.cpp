@@ -17,9 +17,11 @@
 #include "tools/commands/figure/only_cells.h"
 #include "tools/commands/figure/picture_writer.h"
 #include "tools/commands/shared/cell_conditions.h"
+#include "tools/commands/shared/colour_table.h"
 #include "tools/commands/shared/colouring.h"
 #include "tools/commands/shared/remote_arguments.h"
 #include "tools/commands/shared/scene.h"
+#include "tools/commands/shared/view_file.h"
 #include "tools/pictures/camera_text.h"
 #include "tools/pictures/film.h"
 #include "tools/program/cli.h"
@@ -52,13 +54,14 @@ namespace {
 struct RenderArguments {
   std::shared_ptr<const RemoteArguments> remote;
   std::string scene, out, camera, size = "1280x800", stereo = "mono", colour_by = "cell", proxy, at,
-                                  palette = "red-green", theme = "dark", highlight, path, cell, gpu, route = "longest",
-                                  method = "climb";
+                                  palette = "red-green", theme = "dark", colour_table, view, path, cell, gpu,
+                                  route = "longest", method = "climb";
   double zoom_um = 300, widening = 1, separation = 1, error_px = Levels::kEnough_px;
   std::uint64_t segments = 2'000'000;
   double pictures_s = 30;
   int samples = 2;
-  std::vector<std::string> where, only, given;  // given: the options of the command line, for --path
+  std::optional<ViewState> shown;                          // that --view names
+  std::vector<std::string> where, only, highlight, given;  // given: the options of the command line, for --path
   FigureArguments figure;
   bool orthographic = false, all = false, json = false, no_legend = false;
 };
@@ -67,6 +70,7 @@ struct RenderArguments {
 // it is a set. `only`: the cells of --only, or none.
 std::shared_ptr<const CellColours> cellColoursOf(const TileStore& store, const TileSet* set, const Colouring& colouring,
                                                  const RenderArguments& a, const std::vector<std::uint32_t>& only) {
+  if (!a.colour_table.empty()) return readColourTable(store, a.colour_table, a.figure.on(themeOf(a.theme)));
   if (colouring.kind && a.where.empty()) return nullptr;
   CellSelection selection{.theme = a.figure.on(themeOf(a.theme))};
   std::unique_ptr<CellAttributes> attributes;
@@ -164,8 +168,34 @@ SceneFrame frameOf(const TileStore& store, const RenderArguments& a,
   frame.budget.segments = a.segments;
   frame.budget.samples = a.samples;
   frame.budget.enough_px = a.error_px;
-  if (!a.highlight.empty()) frame.cell = findCellNamed(store, a.highlight, "--highlight");
+  for (const std::string& name : a.highlight) frame.cells.push_back(findCellNamed(store, name, "--highlight"));
+  std::sort(frame.cells.begin(), frame.cells.end());
   return frame;
+}
+
+// Cells as the view has them, and names that the set does not have counted in a note.
+void showAs(const ViewState& view, const TileStore& store, SceneFrame& frame) {
+  std::uint64_t unknown = 0;
+  std::string first;
+  CellStates states(store.cell_count(), view.shows_some ? CellState::hidden : CellState::shown);
+  const auto each = [&](const std::vector<std::string>& names, const std::function<void(std::uint32_t)>& use) {
+    for (const std::string& name : names)
+      if (const auto cell = store.findCell(name))
+        use(*cell);
+      else if (unknown++ == 0)
+        first = name;
+  };
+  each(view.shown, [&](std::uint32_t cell) { states[cell] = CellState::shown; });
+  each(view.hidden, [&](std::uint32_t cell) { states[cell] = CellState::hidden; });
+  each(view.dimmed, [&](std::uint32_t cell) { states[cell] = CellState::dimmed; });
+  each(view.highlighted, [&](std::uint32_t cell) { frame.cells.push_back(cell); });
+  std::sort(frame.cells.begin(), frame.cells.end());
+  frame.cells.erase(std::unique(frame.cells.begin(), frame.cells.end()), frame.cells.end());
+  frame.states = std::make_shared<const CellStates>(std::move(states));
+  frame.hidden_types = view.hidden_types;
+  if (unknown > 0)
+    std::cerr << "filiform: note: the set does not have " << counted(unknown, "cell") << " of the view, such as "
+              << inShort(first) << '\n';
 }
 
 SceneFigures drawPicture(const TileStore& store, const RenderArguments& a,
@@ -181,7 +211,27 @@ SceneFigures drawPicture(const TileStore& store, const RenderArguments& a,
     frame.proxy_W = proxy->p_W;
     frame.junction = proxy->junction ? &*proxy->junction : nullptr;
   }
-  frame.camera = cameraOf(a, scene, proxy, workspace, eyeSize(frame.stereo, frame.size).aspect());
+  if (a.shown) {
+    showAs(*a.shown, store, frame);
+    if (a.shown->place) {
+      const PlaceFinder finder(store);
+      proxy.emplace();
+      proxy->p_W = a.shown->place->p_W;
+      if (const auto found = finder.nearest(proxy->p_W); found && !a.shown->overview)
+        proxy->junction = forkNear(finder, found->place, a.shown->place->heading_W, a.shown->zoom_um);
+      frame.proxy_W = proxy->p_W;
+      frame.junction = proxy->junction ? &*proxy->junction : nullptr;
+    }
+    if (!a.shown->overview) {
+      workspace.emplace(WorkspaceOptions{.zoom_um = a.shown->zoom_um});
+      workspace->lay(a.shown->centre_W, a.shown->rotation_WD, a.shown->zoom_um);
+      frame.workspace = &*workspace;
+    }
+  }
+  if (a.shown && a.shown->camera)
+    frame.camera = *a.shown->camera;
+  else
+    frame.camera = cameraOf(a, scene, proxy, workspace, eyeSize(frame.stereo, frame.size).aspect());
   return writePicture(frame, {a.out, a.figure, themeOf(a.theme), !a.no_legend}, store, scene, renderer);
 }
 
@@ -286,8 +336,8 @@ void checkFigure(const RenderArguments& a) {
   const bool is_mono = stereoMode(a.stereo) == StereoMode::mono;
   if (!is_mono && (vectorFormatOf(a.out) || a.figure.hasMarks()))
     throw UsageError("--stereo " + inShort(a.stereo) + ": SVG, PDF and marks such as --scale-bar need mono");
-  if (vectorFormatOf(a.out) && !a.highlight.empty())
-    throw UsageError("--highlight: SVG and PDF draw all cells alike; choose cells with --only, or write PNG");
+  if (vectorFormatOf(a.out) && !(a.highlight.empty() && a.view.empty()))
+    throw UsageError("--highlight and --view: SVG and PDF draw all cells alike; use --only, or write PNG");
   if (!a.path.empty() && (a.figure.hasMarks() || a.figure.isClear() || !a.only.empty()))
     throw UsageError(
         "--path: a film has all cells, a ground and no marks; leave out --only, --background none, --title, "
@@ -298,7 +348,20 @@ void checkFigure(const RenderArguments& a) {
         "--legend: these colours have none; colour by type without --where, by an attribute or by a measure");
 }
 
-int runRender(const RenderArguments& a) {
+int runRender(RenderArguments a) {
+  if (!a.view.empty()) {
+    for (const char* const option : {"--proxy", "--at", "--camera", "--path", "--zoom", "--orthographic", "--only"})
+      if (std::find(a.given.begin(), a.given.end(), option) != a.given.end())
+        throw UsageError(std::string(option) + ": leave it out; --view says what is shown from where");
+    a.shown = readViewFile(a.view);
+    const auto has = [&a](const char* option) {
+      return std::find(a.given.begin(), a.given.end(), option) != a.given.end();
+    };
+    if (!has("--size") && !has("--size-mm"))
+      a.size = std::to_string(a.shown->size.width) + "x" + std::to_string(a.shown->size.height);
+    if (!has("--colour-by") && !has("--colour-table")) a.colour_by = a.shown->colour_by;
+    if (!has("--theme")) a.theme = toString(a.shown->theme);
+  }
   if (!a.proxy.empty() && !a.at.empty()) throw UsageError("--proxy and --at: give one of them");
   if (a.palette != "red-green" && a.palette != "orange-blue")
     throw UsageError("--palette " + inShort(a.palette) + ": choose red-green or orange-blue");
@@ -470,6 +533,15 @@ void addRender(CLI::App& app, Chosen& chosen) {
           "file, a line each; repeatable: all of them together")
       ->type_name("NAME|CONDITION|@FILE")
       ->allow_extra_args(false);
+  command
+      ->add_option("--colour-table", a->colour_table,
+                   "colour the cells as this file says: a name, a tab and #rrggbb a line; other cells are grey")
+      ->type_name("FILE.tsv")
+      ->excludes(command->get_option("--colour-by"))
+      ->excludes(command->get_option("--where"));
+  command
+      ->add_option("--view", a->view, "draw the scene of this view, which V in the window of filiform view has saved")
+      ->type_name("FILE.json");
   command->add_flag("--no-legend", a->no_legend, "leave out the legend of an attribute's colours");
   command->add_option("--palette", a->palette, "colours of the branches at a fork: red-green or orange-blue")
       ->capture_default_str();
@@ -477,7 +549,9 @@ void addRender(CLI::App& app, Chosen& chosen) {
       ->capture_default_str()
       ->type_name("light|dark");
   addFigureArguments(*command, a->figure);
-  command->add_option("--highlight", a->highlight, "emphasise this cell; the other cells fade")->type_name("CELL");
+  command->add_option("--highlight", a->highlight, "emphasise this cell; the other cells fade; repeatable")
+      ->type_name("CELL")
+      ->allow_extra_args(false);
   command->add_flag("--orthographic", a->orthographic, "project in parallel: near objects look no larger");
   CLI::Option* path =
       command

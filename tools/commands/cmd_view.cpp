@@ -9,16 +9,20 @@
 #include "solver/force/force_hold.h"
 #include "solver/workspace/button_map.h"
 #include "tools/commands/commands.h"
+#include "tools/commands/figure/only_cells.h"
+#include "tools/commands/shared/colour_table.h"
 #include "tools/commands/shared/colouring.h"
 #include "tools/commands/shared/follow.h"
 #include "tools/commands/shared/remote_arguments.h"
 #include "tools/commands/shared/scene.h"
+#include "tools/commands/shared/view_file.h"
 #include "tools/commands/shared/web_page.h"
 #include "tools/pictures/png.h"
 #include "tools/program/cli.h"
 #include "tools/program/ending_watch.h"
 #include "tools/program/interruption.h"
 #include "tools/program/output_check.h"
+#include "tools/words/cell_name.h"
 #include "tools/words/numbers.h"
 #include "viewer/window/application.h"
 #include "viewer/window/settings/bindings.h"
@@ -43,12 +47,27 @@ struct ViewArguments {
   double zoom_um = 300, leap = 1;
   std::optional<double> seconds, stiffness_N_m;
   std::uint64_t segments = 0;
-  std::string theme, colour_by, buttons;
+  std::string theme, colour_by, colour_table, buttons, view;
+  std::vector<std::string> only, highlight;
   bool reset = false, keys = false, web = false;
 };
 
-OpenedScene openToView(const std::vector<std::string>& paths, const RemoteOptions& remote,
-                       const std::string& colour_by) {
+// What the first scene is to show.
+struct Shown {
+  std::string colour_by, colour_table;
+  std::vector<std::string> only, highlight;
+};
+
+void showIn(OpenedScene& scene, const TileSet* set, const Shown& shown) {
+  if (!shown.only.empty() && set == nullptr)
+    throw UsageError("--only: the scene is a file; ingest it, and give the set");
+  if (!shown.only.empty()) scene.only = onlyCells(*set, shown.only);
+  for (const std::string& name : shown.highlight)
+    scene.highlighted.push_back(findCellNamed(*scene.store, name, "--highlight"));
+  if (!shown.colour_table.empty()) scene.colours = readColourTable(*scene.store, shown.colour_table, Theme::dark);
+}
+
+OpenedScene openToView(const std::vector<std::string>& paths, const RemoteOptions& remote, const Shown& shown) {
   OpenedScene scene;
   scene.name = escaped(std::filesystem::path(paths.front()).filename().string(), 60);
   if (scene.name.empty()) scene.name = escaped(paths.front(), 60);
@@ -58,20 +77,23 @@ OpenedScene openToView(const std::vector<std::string>& paths, const RemoteOption
     scene.name += " more";
   }
   scene.in_memory = std::all_of(paths.begin(), paths.end(), isFileScene);
-  const Colouring colouring = parseColouring(colour_by.empty() ? "cell" : colour_by);
+  const Colouring colouring = parseColouring(shown.colour_by.empty() ? "cell" : shown.colour_by);
   if (scene.in_memory) {
-    checkColouring(colouring, colour_by, nullptr);
+    checkColouring(colouring, shown.colour_by, nullptr);
     Input input(paths);
     scene.store = buildTilesInMemory(input);
     if (scene.store->cell_count() == 0)
       throw InputError(inShort(paths.front()) + ": no usable neuron in it; filiform check says why");
     if (const std::string doubt = input.unitDoubt(); !doubt.empty()) std::cerr << "filiform: note: " << doubt << '\n';
+    showIn(scene, nullptr, shown);
     return scene;
   }
   if (paths.size() > 1) throw UsageError("give one tile set, or any number of .swc and .zip files");
   auto set = TileSet::open(paths.front(), remote);
-  checkColouring(colouring, colour_by, set.get());
+  checkColouring(colouring, shown.colour_by, set.get());
+  const TileSet* const opened = set.get();
   scene.hold(std::move(set));
+  showIn(scene, opened, shown);
   return scene;
 }
 
@@ -119,11 +141,22 @@ int runView(const ViewArguments& a) {
   if (!a.follow.empty()) follow = std::make_unique<Follow>(a.follow, a.scene, remote_options.token);
   ApplicationOptions options;
   options.paths = a.scene;
-  if (!a.colour_by.empty()) parseColouring(a.colour_by);  // refuses an unknown measure before the window opens
-  options.colour_by = a.colour_by;
-  const auto colour_by = std::make_shared<std::string>(a.colour_by);  // of the first scene
-  options.open = [remote = remote_options, colour_by](const std::vector<std::string>& paths) {
-    return openToView(paths, remote, std::exchange(*colour_by, {}));
+  std::string colour_by = a.colour_by;
+  if (!a.view.empty()) {
+    options.view = readViewFile(a.view);
+    if (colour_by.empty() && a.colour_table.empty()) colour_by = options.view->colour_by;
+    if (options.view->place) {
+      const Vector3d& p = options.view->place->p_W;
+      options.place = formatNumber(p.x()) + " " + formatNumber(p.y()) + " " + formatNumber(p.z());
+    }
+    options.size = options.view->size;
+    options.theme = options.view->theme;
+  }
+  if (!colour_by.empty()) parseColouring(colour_by);  // refuses an unknown measure before the window opens
+  options.colour_by = colour_by;
+  const auto shown = std::make_shared<Shown>(Shown{colour_by, a.colour_table, a.only, a.highlight});
+  options.open = [remote = remote_options, shown](const std::vector<std::string>& paths) {
+    return openToView(paths, remote, std::exchange(*shown, {}));
   };
   options.write = [](const Picture& picture, const std::string& path) {
     const std::filesystem::path folder = std::filesystem::path(path).parent_path();
@@ -158,7 +191,10 @@ int runView(const ViewArguments& a) {
   };
   options.session.device = a.device;
   options.session.method = solverMethod(a.method);
-  options.session.zoom_um = a.zoom_um;
+  const bool has_zoom = std::find(a.given.begin(), a.given.end(), "--zoom") != a.given.end();
+  options.session.zoom_um = has_zoom || !options.view
+                                ? a.zoom_um
+                                : std::clamp(options.view->zoom_um, Workspace::kMinZoom_um, Workspace::kMaxZoom_um);
   options.session.leap = a.leap;
   options.session.stiffness_N_m = a.stiffness_N_m;
   std::optional<ButtonMap> buttons;
@@ -174,7 +210,7 @@ int runView(const ViewArguments& a) {
   options.reset = a.reset;
   if (!a.theme.empty()) options.theme = themeOf(a.theme);
   options.state = a.state;
-  options.pictures = a.pictures;
+  options.pictures = options.tables = a.pictures;
   options.seconds = a.seconds;
   holdForcesOnSignals();
   runApplication(options);
@@ -225,7 +261,8 @@ void addView(CLI::App& app, Chosen& chosen) {
                    "record the hand, for --device replay:FILE; also writes FILE.json")
       ->type_name("FILE");
   command->add_option("--size", a->size, "size of the window, pixels")->type_name("WxH");
-  command->add_option("--pictures", a->pictures, "save screenshots in this folder; made if needed")
+  command
+      ->add_option("--pictures", a->pictures, "save screenshots and tables of bookmarks in this folder; made if needed")
       ->capture_default_str()
       ->type_name("DIR");
   command->add_option("--state", a->state, "write the state to this file, as JSON, ten times a second")
@@ -238,6 +275,25 @@ void addView(CLI::App& app, Chosen& chosen) {
           "address")
       ->type_name("WS_URL");
   command->add_option("--colour-by", a->colour_by, kColouringHelp);
+  command
+      ->add_option("--colour-table", a->colour_table,
+                   "colour the cells as this file says: a name, a tab and #rrggbb a line; other cells are grey")
+      ->type_name("FILE.tsv")
+      ->excludes(command->get_option("--colour-by"));
+  command
+      ->add_option(
+          "--view", a->view,
+          "begin with this view, which V in the window has saved: place, turn, zoom, colours, cells, bookmarks")
+      ->type_name("FILE.json");
+  command
+      ->add_option("--only", a->only,
+                   "hide all cells but this one, or those that meet a condition, or those named in a file, as in "
+                   "filiform render; repeatable: all of them together")
+      ->type_name("NAME|CONDITION|@FILE")
+      ->allow_extra_args(false);
+  command->add_option("--highlight", a->highlight, "choose this cell, which is drawn through the others; repeatable")
+      ->type_name("CELL")
+      ->allow_extra_args(false);
   command->add_option("--theme", a->theme, "draw on a light or dark ground, from now on")->type_name("light|dark");
   command->add_flag("--reset", a->reset, "reset the settings to defaults");
   command->add_flag("--web", a->web,

@@ -2,6 +2,7 @@
 
 #include "index/query/soma_finder.h"
 #include "tools/pictures/legend.h"
+#include "viewer/scene/cell_palette.h"
 #include "viewer/scene/drawn_somata.h"
 #include "viewer/scene/minimap.h"
 #include "viewer/scene/neurite_batches.h"
@@ -43,8 +44,8 @@ struct Shape {
 };
 
 // Adds what lies before the near plane. Lines are a pixel wide at least.
-void addShape(std::vector<Shape>& shapes, const NeuriteBatch& batch, const DrawnSegment& segment, const EyeView& view,
-              const PictureSize& size, double px_rad) {
+void addShape(std::vector<Shape>& shapes, const NeuriteBatch& batch, const DrawnSegment& segment, Rgba colour,
+              const EyeView& view, const PictureSize& size, double px_rad) {
   constexpr double kLeast_px = 0.5;
   const auto endOf = [&](const float* p, double radius_um) {
     const Vector3d p_V = view.toView(batch.origin_W + Vector3d(p[0], p[1], p[2]));
@@ -80,8 +81,6 @@ void addShape(std::vector<Shape>& shapes, const NeuriteBatch& batch, const Drawn
   const Vector3d whole = to - from;
   to = from + end * whole;
   from += begin * whole;
-  Rgba colour = segment.colour;
-  colour.a = 255;
   shapes.push_back({from.head<2>(), to.head<2>(), from.z(), to.z(), -0.5 * (a.z() + b.z()), colour});
 }
 
@@ -105,8 +104,10 @@ VectorFigures drawVectors(Canvas& canvas, const PictureSize& size, const EyeView
   RootTable roots;
   SomaFinder finder(store);
   const double px_rad = pixelsPerRadian(view.frustum, size);
-  BatchOptions options{.colour = scene.colour, .shallow_um = scene.shallow_um, .deep_um = scene.deep_um};
-  if (scene.cell_colours != nullptr) options.cell_colours = &scene.cell_colours->of_cell;
+  CellPalette palette = makePalette(store.cell_count(), scene.colour, scene.cell_colours.get(), nullptr);
+  palette.shallow_um = scene.shallow_um;
+  palette.deep_um = scene.deep_um;
+  BatchOptions options;
   for (TileId id = 0; id < store.tile_count(); ++id) {
     if (scene.check) scene.check(id);
     const std::shared_ptr<const Tile> tile = store.load(id);
@@ -117,7 +118,8 @@ VectorFigures drawVectors(Canvas& canvas, const PictureSize& size, const EyeView
     options.somata = &somata;
     const NeuriteBatch batch = makeBatch(*tile, appearance, options);
     figures.implausible_radii += batch.implausible_radii;
-    for (const DrawnSegment& segment : batch.segments) addShape(shapes, batch, segment, view, size, px_rad);
+    for (const DrawnSegment& segment : batch.segments)
+      addShape(shapes, batch, segment, paintedColour(segment, batch, palette), view, size, px_rad);
   }
   std::stable_sort(shapes.begin(), shapes.end(),
                    [](const Shape& a, const Shape& b) { return a.depth_um > b.depth_um; });

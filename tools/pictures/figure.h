@@ -29,7 +29,7 @@ void drawMarks(Canvas& canvas, const PictureSize& size, const EyeView& view, dou
 struct VectorScene {
   ColourBy colour = ColourBy::cell;
   std::shared_ptr<const CellColours> cell_colours{};
-  double shallow_um = 0, deep_um = 1;        // as BatchOptions has them
+  double shallow_um = 0, deep_um = 1;        // as CellPalette has them
   std::function<void(TileId done)> check{};  // before each tile; its exceptions end the drawing
 };
 struct VectorFigures {

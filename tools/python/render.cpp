@@ -36,7 +36,7 @@ Picture draw(const OpenSet& open, const WantedPicture& wanted) {
   frame.size = wanted.size;
   frame.colour = wanted.colour;
   frame.orthographic = wanted.orthographic;
-  frame.cell = wanted.highlight;
+  if (wanted.highlight) frame.cells = {*wanted.highlight};
   frame.budget.segments = wanted.segments;
   const double aspect = wanted.size.aspect();
   std::optional<Workspace> workspace;

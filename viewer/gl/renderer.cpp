@@ -1,6 +1,7 @@
 #include "viewer/gl/renderer.h"
 
 #include "viewer/gl/internal/card_batch.h"
+#include "viewer/gl/internal/card_palette.h"
 #include "viewer/gl/internal/gl_objects.h"
 #include "viewer/gl/internal/picture_reader.h"
 #include "viewer/gl/internal/pieces.h"
@@ -44,6 +45,8 @@ constexpr double kLeastRadius_px = 0.55;
 constexpr double kOverlayHalo_px = 2.5;
 // A highlighted cell is drawn so many samples nearer: its dimmed copy in the neurites' layer does not show.
 constexpr double kNearer_px = 2;
+// Dimmed cells mix with the background so far.
+constexpr double kDimmed = 0.7;
 
 Vector3d colourVector(Rgba c) { return Vector3d(c.r, c.g, c.b) / 255; }
 
@@ -54,9 +57,10 @@ bool contextHasQuadBuffer() {
   return stereo == GL_TRUE;
 }
 
-// The text of a shader with definitions after its first line, which states the version.
-std::string withDefinitions(std::string text, std::initializer_list<std::pair<const char*, int>> definitions) {
-  std::string defined;
+// The text of a shader with definitions, and a text before its own, after its first line, which states the version.
+std::string withDefinitions(std::string text, std::initializer_list<std::pair<const char*, int>> definitions,
+                            const char* before = "") {
+  std::string defined = before;
   for (const auto& [name, value] : definitions)
     defined += std::string("#define ") + name + " " + std::to_string(value) + "\n";
   return text.insert(text.find('\n') + 1, defined);
@@ -111,6 +115,7 @@ struct Renderer::Impl {
   std::map<std::pair<Primitive, Drawn>, Program> shapes;
   std::map<std::array<int, 3>, Program> compose;
   std::map<BatchId, CardBatch> batches;
+  internal::CardPalette palette;
   std::array<Target, 2> eyes;
   Target surfaces;  // a copy of an eye's picture without halos
   // The last picture, and the one under way; for quad-buffer stereo also of the right eye.
@@ -142,6 +147,7 @@ Renderer::Renderer(GraphicsContext& context) {
   impl_ = std::make_unique<Impl>();
   glGenVertexArrays(1, &impl_->nothing);
   glGetIntegerv(GL_MAX_TEXTURE_SIZE, &impl_->largest_texture);
+  impl_->palette.put({});
 #ifdef GL_ARB_base_instance
   impl_->has_base_instance = epoxy_has_gl_extension("GL_ARB_base_instance");
 #endif
@@ -163,10 +169,20 @@ void Renderer::Impl::remove(BatchId id) {
 
 void Renderer::remove(BatchId id) { impl_->remove(id); }
 std::uint64_t Renderer::bytes() const { return impl_->bytes; }
+void Renderer::paint(const CellPalette& palette) {
+  impl_->palette.put(palette);
+  impl_->job.under_way = false;
+}
 void Renderer::show(BatchId id, bool shown) {
   const auto found = impl_->batches.find(id);
   if (found == impl_->batches.end() || found->second.shown == shown) return;
   found->second.shown = shown;
+  impl_->job.under_way = false;
+}
+void Renderer::place(BatchId id, Layer layer) {
+  const auto found = impl_->batches.find(id);
+  if (found == impl_->batches.end() || found->second.layer() == layer) return;
+  found->second.setLayer(layer);
   impl_->job.under_way = false;
 }
 bool Renderer::isUnderWay() const { return impl_->job.under_way; }
@@ -184,8 +200,10 @@ Program& Renderer::Impl::drawing(Primitive shape, Drawn drawn) {
   const auto found = shapes.find(key);
   if (found != shapes.end()) return found->second;
   const auto [vertex, fragment] = textsOf(shape);
-  const auto text = [drawn](const char* of) { return withDefinitions(of, {{"DRAWN", static_cast<int>(drawn)}}); };
-  return shapes.try_emplace(key, text(vertex).c_str(), text(fragment).c_str()).first->second;
+  const auto text = [drawn](const char* of, const char* before) {
+    return withDefinitions(of, {{"DRAWN", static_cast<int>(drawn)}}, before);
+  };
+  return shapes.try_emplace(key, text(vertex, internal::kPaintText).c_str(), text(fragment, "").c_str()).first->second;
 }
 
 Program& Renderer::Impl::composing(StereoMode mode, int samples, bool shaded) {
@@ -249,6 +267,7 @@ Program& Renderer::Impl::enter(Stage stage, std::size_t eye) {
   program.set(
       "fog", is_neurite ? Vector3d(options.fog_begin_um, options.fog_end_um, options.fog_most) : Vector3d(1e9, 2e9, 0));
   program.set("clearing", is_neurite ? options.clear_end_um : -2, is_neurite ? options.clear_begin_um : -1);
+  palette.bind(program, is_neurite ? kDimmed : 0);
   program.set("opacity", !faint ? 1.0 : is_highlight ? 0.45 : 0.4);
   if (shape == Primitive::line) {
     const bool is_ribbon = stage == Stage::ribbons || stage == Stage::fading_ribbons;
@@ -302,6 +321,7 @@ void Renderer::Impl::drawPieces(std::size_t eye, std::size_t most_segments) {
       if (quick < count) most_segments = count = quick;
     }
     program.set("origin_V", job.views[eye].toView(piece.batch->origin_W()));
+    palette.paint(program, *piece.batch);
     if (piece.from == CardBatch::From::ribbons || piece.from == CardBatch::From::lines)
       program.set("pixel_um", piece.batch->pixel_um());
     const std::size_t first = piece.first + job.drawn_segments;
@@ -484,7 +504,7 @@ void Renderer::warmUp() {
                                 .a_radius_um = radius_um,
                                 .b_um = {end_um, 0, -50},
                                 .b_radius_um = radius_um,
-                                .colour = {}});
+                                .paint = 0});
   for (const Layer layer : {Layer::neurites, Layer::highlight, Layer::overlays})
     put(UINT64_MAX - static_cast<BatchId>(layer), batch, layer);
   for (const int samples : {1, 2})

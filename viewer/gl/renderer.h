@@ -15,6 +15,7 @@
 #include "viewer/gl/graphics_context.h"
 #include "viewer/gl/picture.h"
 #include "viewer/gl/render_options.h"
+#include "viewer/scene/cell_palette.h"
 #include "viewer/scene/neurite_batches.h"
 #include "viewer/scene/stereo.h"
 
@@ -39,7 +40,11 @@ class Renderer {
   void remove(BatchId id);  // no effect if the id is unknown
   // Shows or hides a batch in later pictures. No effect if the id is unknown.
   void show(BatchId id, bool shown);
-  std::uint64_t bytes() const;  // uploaded, of all batches
+  void place(BatchId id, Layer layer);  // likewise moves it to a layer
+  std::uint64_t bytes() const;          // uploaded, of all batches
+  // Draws the neurites of all batches in these colours from the next picture on. Uploads no segment. Until the first
+  // call, cells have their own colours. O(cells).
+  void paint(const CellPalette& palette);
 
   // Draws a small picture of each kind: drivers compile a shader when it is first used, which takes up to 0.1 s each.
   // Call it before the first batch. The last picture is then black.

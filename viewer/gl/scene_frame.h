@@ -3,7 +3,7 @@
 
 #include "viewer/gl/render_options.h"
 #include "viewer/scene/camera.h"
-#include "viewer/scene/cell_colours.h"
+#include "viewer/scene/cell_palette.h"
 #include "viewer/scene/draw_list.h"
 #include "viewer/scene/glyph.h"
 #include "viewer/scene/overlay.h"
@@ -49,9 +49,12 @@ struct SceneFrame {
   GlyphPalette palette = kRedGreen;    // of the glyph; an anaglyph uses kForGlasses
   ColourBy colour = ColourBy::cell;
   std::shared_ptr<const CellColours> cell_colours{};  // if set: replace `colour`
-  std::optional<std::uint32_t> cell{};  // highlighted: drawn in full resolution over the others, which are dimmed
-  bool orthographic = false;            // see parallel()
-  bool flat = false;                    // without fog and eye-dome lighting
+  std::shared_ptr<const CellStates> states{};         // nullptr: all cells are shown
+  std::uint8_t hidden_types = 0;                      // as CellPalette has them
+  // Highlighted: drawn in full resolution over the others, which are dimmed. Ascending.
+  std::vector<std::uint32_t> cells{};
+  bool orthographic = false;  // see parallel()
+  bool flat = false;          // without fog and eye-dome lighting
   Rgba background = kDarkGround;
   // From any clock that never runs backwards. Used to detect rest, to smooth the eye separation, and to retry tiles.
   double time_s = 0;

@@ -196,13 +196,13 @@ void SceneView::Impl::prepare(const SceneFrame& f, bool whole) {
   eye = eyeSize(f.stereo, f.size);
   const bool is_moving = motion.update(f);
   moving = !whole && is_moving;
-  changed |= tiles.setAppearance(f.colour, f.cell_colours, f.cell);
+  changed |= tiles.setAppearance(f);
 
   options = {.size = f.size,
              .stereo = f.stereo,
              .samples = moving ? f.budget.moving_samples : f.budget.samples,
              .background = f.background};
-  if (f.cell) options.dim = kReceding;
+  if (!f.cells.empty()) options.dim = kReceding;
   if (moving) options.most_highlighted = f.budget.moving_segments / kOwnPart;
   stretchTo(f, moving ? f.budget.moving_stretch : 1);
   const DepthRange range = fitDepths(f);
@@ -261,6 +261,7 @@ Signature SceneView::Impl::signatureOf(const SceneFrame& f) const {
   for (const int x : {f.background.r, f.background.g, f.background.b}) now.add(x);
   now.add(f.overlay_scale);
   now.add(f.flat ? 1 : 0);
+  now.add(static_cast<double>(tiles.palettes()));
   if (f.workspace != nullptr) {
     now.add(f.workspace->centre_W());
     now.add(f.workspace->rotationMatrix());

@@ -88,6 +88,7 @@ void colourCells(const TileStore& store, std::vector<std::uint32_t> place, const
   for (std::uint32_t c = 0; c < cells; ++c) {
     const bool in_legend = place[c] != CellAttributes::kNoCode;
     const bool chosen = selected[c] && (!in_legend || colours.legend[place[c]].chosen);
+    colours.is_chosen.push_back(chosen);
     colours.of_cell.push_back(!chosen     ? colours.unchosen
                               : in_legend ? colours.legend[place[c]].colour
                                           : colourOfNumber(c));
@@ -103,6 +104,25 @@ const std::vector<CellColours::Entry>& legendOfTypes() {
                                                        {"basal dendrite", colourOfType(3)},
                                                        {"apical dendrite", colourOfType(4)},
                                                        {"other", colourOfType(0)}};
+  return kLegend;
+}
+
+std::vector<CellColours::Entry> legendOfDepths(double shallow_um, double deep_um) {
+  std::vector<CellColours::Entry> legend;
+  for (int s = 0; s <= kRampSteps; ++s) {
+    const double part = static_cast<double>(s) / kRampSteps;
+    legend.push_back({shortText(std::round(shallow_um + part * (deep_um - shallow_um))), colourOnRamp(part)});
+  }
+  return legend;
+}
+
+const std::vector<CellColours::Entry>& legendOfRadii() {
+  static const std::vector<CellColours::Entry> kLegend = [] {
+    std::vector<CellColours::Entry> legend;
+    for (const double um : {0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0})
+      legend.push_back({shortText(um), colourOnRamp(radiusOnRamp(um))});
+    return legend;
+  }();
   return kLegend;
 }
 

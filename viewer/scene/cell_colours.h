@@ -26,6 +26,7 @@ struct CellColours {
   std::string attribute;  // empty: cells have their own colours, and only the selection counts
   std::string unit;       // of its values; empty: none, or not known
   std::vector<Rgba> of_cell;
+  std::vector<bool> is_chosen;  // by cell: it has a colour of its own; empty: all have
   Rgba unchosen = unchosenOn(Theme::dark);
   std::vector<Entry> legend;
 };
@@ -46,8 +47,10 @@ struct CellSelection {
   Theme theme = Theme::dark;
 };
 
-// The legend of ColourBy::type.
+// The legends of ColourBy::type, depth and radius. Types in the order 1 to 4, then all others (0).
 const std::vector<CellColours::Entry>& legendOfTypes();
+std::vector<CellColours::Entry> legendOfDepths(double shallow_um, double deep_um);
+const std::vector<CellColours::Entry>& legendOfRadii();
 
 // The colours of all cells by the attribute. Texts get a colour each. Numbers get a ramp from the lowest to the
 // highest, many different ones in eight steps. Cells without a value are grey. An empty attribute gives each cell its

@@ -59,6 +59,8 @@ Rgba colourOfType(std::uint16_t type) {
   }
 }
 
+double radiusOnRamp(double radius_um) { return std::log10(radius_um / 0.05) / 2; }
+
 Rgba colourOnRamp(double part) {
   if (std::isnan(part)) return {128, 128, 128};
   const double t = std::clamp(part, 0.0, 1.0);

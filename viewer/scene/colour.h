@@ -13,6 +13,15 @@ struct Rgba {
   friend bool operator==(const Rgba&, const Rgba&) = default;
 };
 
+// The four bytes as a number, red lowest.
+constexpr std::uint32_t paintOf(const Rgba& c) {
+  return c.r | std::uint32_t{c.g} << 8 | std::uint32_t{c.b} << 16 | std::uint32_t{c.a} << 24;
+}
+constexpr Rgba colourOfPaint(std::uint32_t paint) {
+  const auto byte = [paint](int shift) { return static_cast<std::uint8_t>(paint >> shift); };
+  return {byte(0), byte(8), byte(16), byte(24)};
+}
+
 // Of panels, and of the ground of pictures.
 enum class Theme : std::uint8_t { dark, light };
 inline constexpr Theme kThemes[] = {Theme::dark, Theme::light};
@@ -30,6 +39,8 @@ Rgba colourOfNumber(std::uint64_t number);
 // The colour of an SWC type: soma, axon, basal dendrite, apical dendrite, and one for all others. Readers with colour
 // blindness can distinguish them (after Okabe and Ito).
 Rgba colourOfType(std::uint16_t type);
+// The part of the ramp for a radius: 0.05 to 5 um, the range of neurites, on a logarithmic scale.
+double radiusOnRamp(double radius_um);
 // From dark blue (0) over green to light yellow (1), with evenly growing lightness. NaN gives grey.
 Rgba colourOnRamp(double part);
 

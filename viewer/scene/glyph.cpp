@@ -20,7 +20,7 @@ class Shape {
     }
     s.a_radius_um = static_cast<float>(a_radius);
     s.b_radius_um = static_cast<float>(b_radius);
-    s.colour = colour;
+    s.paint = paintOf(colour);
     batch.segments.push_back(s);
     const double most = std::max(a_radius, b_radius);
     batch.lo_W = batch.lo_W.cwiseMin(a.cwiseMin(b) - Vector3d::Constant(most));

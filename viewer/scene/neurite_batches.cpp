@@ -78,6 +78,8 @@ class BatchMaker {
 
   NeuriteBatch make() {
     if (tile_.node_count() == 0) return {};
+    batch_.by_cell = true;
+    batch_.tile = tile_.id();
     readRadii();
     GridBox box;
     for (std::uint32_t n = 0; n < tile_.node_count(); ++n) box.extend(tile_.gridPoint(n));
@@ -124,34 +126,6 @@ class BatchMaker {
     for (int axis = 0; axis < 3; ++axis) p_um[axis] = static_cast<float>(p[axis]);
   }
 
-  Rgba markedColour(std::uint32_t s, std::uint16_t type, const Vector3d& p_W, float radius_um) {
-    const std::uint32_t cell = tile_.segmentId(s).cell;
-    Rgba marked = colour(cell, type, p_W, radius_um);
-    marked.a = markOfCell(cell);
-    return marked;
-  }
-
-  Rgba colour(std::uint32_t cell, std::uint16_t type, const Vector3d& p_W, float radius_um) {
-    const std::vector<Rgba>* const colours = options_.cell_colours;
-    if (colours != nullptr && cell < colours->size()) return (*colours)[cell];
-    switch (options_.colour) {
-      case ColourBy::cell:
-        if (cell != coloured_cell_) colour_of_cell_ = colourOfNumber(cell);
-        coloured_cell_ = cell;
-        return colour_of_cell_;
-      case ColourBy::type:
-        return colourOfType(type);
-      case ColourBy::depth:
-        return colourOnRamp((p_W.y() - options_.shallow_um) / (options_.deep_um - options_.shallow_um));
-      // 0.05 to 5 um, the range of neurites, on a logarithmic scale.
-      case ColourBy::radius:
-        return colourOnRamp(std::log10(radius_um / 0.05) / 2);
-      case ColourBy::tile:
-        return colourOfNumber(tile_.id());
-    }
-    return Rgba{};
-  }
-
   void add(const DrawnSegment& segment) {
     batch_.largest_radius_um = std::max({batch_.largest_radius_um, segment.a_radius_um, segment.b_radius_um});
     batch_.segments.push_back(segment);
@@ -163,7 +137,7 @@ class BatchMaker {
     put(centre_W, ball.a_um);
     std::copy_n(ball.a_um, 3, ball.b_um);
     ball.a_radius_um = ball.b_radius_um = radius_um;
-    ball.colour = markedColour(s, kSomaType, centre_W, radius_um);
+    ball.paint = ownerPaint(tile_.segmentId(s).cell, kSomaType);
     lo_W_ = lo_W_.cwiseMin(centre_W);
     hi_W_ = hi_W_.cwiseMax(centre_W);
     add(ball);
@@ -205,7 +179,7 @@ class BatchMaker {
     if (options_.roots != nullptr && radii_[parent] == kNoRadius && sphere == nullptr) addRoot(s, segment);
     // In many files a neurite begins at the middle of the soma: it must not widen into a cone as thick as the soma.
     if (is_soma_[parent] && !is_soma_[child]) segment.b_radius_um = segment.a_radius_um;
-    segment.colour = markedColour(s, type, tile_.position_W(child), segment.a_radius_um);
+    segment.paint = ownerPaint(tile_.segmentId(s).cell, type);
     add(segment);
   }
 
@@ -216,8 +190,6 @@ class BatchMaker {
   std::vector<bool> is_soma_;
   Vector3d lo_W_ = Vector3d::Zero(), hi_W_ = Vector3d::Zero();
   NeuriteBatch batch_;
-  std::uint32_t coloured_cell_ = UINT32_MAX;  // of the segment before; its colour
-  Rgba colour_of_cell_;
   std::vector<std::uint32_t> balls_;  // roots that are drawn as spheres
   std::vector<const Soma*> spheres_;  // somata that are drawn
 };

@@ -22,9 +22,17 @@ std::optional<ColourBy> colouringNamed(const std::string& name);
 struct DrawnSegment {  // a round cone: child end a, parent end b; a sphere if they coincide
   float a_um[3], a_radius_um;
   float b_um[3], b_radius_um;
-  Rgba colour;  // its alpha is markOfCell()
+  std::uint32_t paint;  // of a neurite ownerPaint(): a palette has its colour (cell_palette.h); else paintOf(colour)
 };
 static_assert(sizeof(DrawnSegment) == 36);
+
+// A cell and the kind of an SWC type: 1 to 4 as in the file, 0 for all others. Cells from 2^29 on share numbers.
+constexpr std::uint32_t kCellBits = 29;
+constexpr std::uint32_t ownerPaint(std::uint32_t cell, std::uint16_t type) {
+  return (cell & ((1U << kCellBits) - 1)) | (type <= 4 ? std::uint32_t{type} : 0U) << kCellBits;
+}
+constexpr std::uint32_t cellOfPaint(std::uint32_t paint) { return paint & ((1U << kCellBits) - 1); }
+constexpr std::uint16_t typeOfPaint(std::uint32_t paint) { return static_cast<std::uint16_t>(paint >> kCellBits); }
 
 // One of 255 numbers, not 255: halos of a segment spare segments of the same mark. Overlays have 255.
 constexpr std::uint8_t markOfCell(std::uint32_t cell) {
@@ -35,7 +43,9 @@ struct NeuriteBatch {
   Vector3d origin_W = Vector3d::Zero();  // a_um and b_um are relative to it
   Vector3d lo_W = Vector3d::Zero(), hi_W = Vector3d::Zero();
   float largest_radius_um = 0;
-  double pixel_um = 0;  // of a level tile: hidden segments share pixels of this size; lines are drawn as wide
+  double pixel_um = 0;   // of a level tile: hidden segments share pixels of this size; lines are drawn as wide
+  bool by_cell = false;  // segments have ownerPaint(), not colours
+  TileId tile = 0;       // of ColourBy::tile
   std::vector<DrawnSegment> segments;
   // Parts of a large batch that lie together, one after the other: an eye inside the batch is inside few of them.
   // Empty: the batch is one part.
@@ -59,12 +69,8 @@ float drawnRadius(float radius_um, std::uint16_t type, bool* replaced = nullptr)
 std::vector<std::uint32_t> cellsWithOpenNodes(const Tile& tile);
 
 struct BatchOptions {
-  ColourBy colour = ColourBy::cell;
-  double shallow_um = 0, deep_um = 1;  // ColourBy::depth: y of the ramp's two ends, in either order
-  const RootTable* roots = nullptr;    // roots of type soma are drawn as spheres; others give first segments a radius
-  const SomaTable* somata = nullptr;   // each is drawn as one sphere instead of the segments between its samples
-  // By cell id; replaces `colour`. Cells beyond the list keep it.
-  const std::vector<Rgba>* cell_colours = nullptr;
+  const RootTable* roots = nullptr;      // roots of type soma are drawn as spheres; others give first segments a radius
+  const SomaTable* somata = nullptr;     // each is drawn as one sphere instead of the segments between its samples
   std::uint32_t only_cell = UINT32_MAX;  // if set: draw the segments of this cell only
 };
 

@@ -31,7 +31,7 @@ NeuriteBatch workspaceBatch(const Workspace& workspace, double line_um) {
         put(a_W - batch.origin_W, edge.a_um);
         put(b_W - batch.origin_W, edge.b_um);
         edge.a_radius_um = edge.b_radius_um = radius_um;
-        edge.colour = is_static ? kStaticColour : kDynamicColour;
+        edge.paint = paintOf(is_static ? kStaticColour : kDynamicColour);
         batch.segments.push_back(edge);
         batch.lo_W = batch.lo_W.cwiseMin(a_W).cwiseMin(b_W);
         batch.hi_W = batch.hi_W.cwiseMax(a_W).cwiseMax(b_W);
@@ -51,12 +51,12 @@ NeuriteBatch stylusBatch(const Stylus& stylus, double length_um) {
   put(end, shaft.b_um);
   shaft.a_radius_um = thin_um;
   shaft.b_radius_um = thick_um;
-  shaft.colour = kStylusColour;
+  shaft.paint = paintOf(kStylusColour);
   DrawnSegment button{};
   put(middle, button.a_um);
   put(bar, button.b_um);
   button.a_radius_um = button.b_radius_um = thick_um;
-  button.colour = kStylusColour;
+  button.paint = paintOf(kStylusColour);
   batch.segments = {shaft, button};
   batch.largest_radius_um = thick_um;
   batch.lo_W = stylus.tip_W + end.cwiseMin(bar).cwiseMin(middle).cwiseMin(Vector3d::Zero());
@@ -73,7 +73,7 @@ NeuriteBatch ballsBatch(std::span<const Vector3d> places_W, double radius_um, co
     put(place_W - batch.origin_W, ball.a_um);
     put(place_W - batch.origin_W, ball.b_um);
     ball.a_radius_um = ball.b_radius_um = batch.largest_radius_um;
-    ball.colour = colour;
+    ball.paint = paintOf(colour);
     batch.segments.push_back(ball);
     batch.lo_W = batch.lo_W.cwiseMin(place_W);
     batch.hi_W = batch.hi_W.cwiseMax(place_W);

@@ -16,6 +16,11 @@ EM_JS(void, setFullscreen, (int on), {
   if (done) done.catch(function(failure) { console.warn("full screen: " + failure); });
 });
 
+EM_JS(void, copyText, (const char* text), {
+  const done = navigator.clipboard && navigator.clipboard.writeText(UTF8ToString(text));
+  if (done) done.catch(function(failure) { console.warn("copy: " + failure); });
+});
+
 EM_JS(void, rendererName, (char* to, int room), {
   const shown = Module.ctx.getExtension("WEBGL_debug_renderer_info");
   stringToUTF8(Module.ctx.getParameter(shown ? shown.UNMASKED_RENDERER_WEBGL : Module.ctx.RENDERER) || "", to, room);
@@ -55,6 +60,7 @@ void scroll(double notches) {
   if (GLFWwindow* const window = glfwGetCurrentContext(); window != nullptr && scrolled != nullptr)
     scrolled(window, 0, notches);
 }
+void setClipboardString(GLFWwindow*, const char* text) { copyText(text); }
 void waitEventsTimeout(double) { glfwPollEvents(); }
 
 #undef glGetString

@@ -32,6 +32,7 @@ namespace filiform {
 
 namespace {
 
+using internal::CellChoice;
 using internal::Closing;
 using internal::format;
 using internal::KeptSettings;
@@ -73,6 +74,7 @@ class Application::Impl {
         state_file_(options.state),
         screenshots_(options.pictures, options.write, messages_, closing_) {
     if (options.theme) settings_.theme = *options.theme;
+    actions_.panels.bookmarks.can_save = !options.tables.empty();
     if (!options_.paths.empty()) open(options_.paths);
   }
 
@@ -193,6 +195,7 @@ class Application::Impl {
     if (!opened_once_) {
       entered_s_ = window_.now_s();
       colourBy(options_.colour_by);
+      if (options_.view) settings_.orthographic = options_.view->orthographic;
     }
     window_.setTitle("filiform: " + scene_->travel().scene().name);
     scene_->travel().start();
@@ -201,6 +204,7 @@ class Application::Impl {
         kept_.isFirst() && !opened_once_ && options_.place.empty() && options_.session.device == "mouse";
     if (from_afar) scene_->nextOverview();
     greets_until_s_ = from_afar ? INFINITY : 0;
+    if (options_.view && !opened_once_) shown_view_ = &*options_.view;
     opened_once_ = true;
   }
 
@@ -264,6 +268,8 @@ class Application::Impl {
     const Workspace& workspace = scene_->viewpoint().workspace();
     try {
       travel.serve();
+      if (shown_view_ != nullptr && scene_->now().tick > 0 && !travel.session().awaited())
+        scene_->show(*std::exchange(shown_view_, nullptr));
       scene_->accompany(companion_);
       scene_->look(size_, settings_.orthographic, now_s_);
       if (!scene_->goesAlong())
@@ -373,8 +379,7 @@ class Application::Impl {
     PanelData d;
     d.size = window_.points();
     d.scale = window_.scale() / window_.pixelsPerPoint();
-    scene_->fill(d, d.size);
-    if (d.colours.legend == nullptr && settings_.colouring == ColourBy::type) d.colours.legend = &legendOfTypes();
+    scene_->fill(d, d.size, settings_.colouring);
     if (settings_.stereo != StereoMode::mono)
       d.status.stereo = std::string(toString(settings_.stereo)) + format(", separation %.1f", settings_.separation);
     d.lines.messages = messages_.shown();
@@ -397,10 +402,18 @@ class Application::Impl {
       settings_.height = height;
     }
     scene_->serveAttributes(requests);
-    if (requests.choose_cell) {
-      const bool again = scene_->chosen() == requests.choose_cell && !requests.go_to_cell;
-      scene_->choose(again ? std::nullopt : requests.choose_cell);
+    CellChoice& choice = scene_->choice();
+    if (requests.choose_cells) {
+      const bool again = choice.chosen() == *requests.choose_cells && !requests.go_to_cell;
+      choice.choose(again ? std::vector<std::uint32_t>() : *requests.choose_cells);
     }
+    if (requests.toggle_cell) choice.toggle(*requests.toggle_cell);
+    if (requests.act != Action::none) actions_.act(requests.act);
+    if (requests.go_to_place) scene_->travel().goToFound(*requests.go_to_place);
+    if (requests.copy) window_.copy(*requests.copy);
+    if (const std::string copied = scene_->takeCopied(); !copied.empty()) window_.copy(copied);
+    if (actions_.takeView()) scene_->saveView(settings_, size_, options_.tables);
+    scene_->serveBookmarks(requests.bookmarks, options_.tables);
     if (requests.find_contacts) scene_->findContacts(actions_.panels.contacts.within_um);
     if (requests.jump_across) scene_->jumpAcross(requests.jump_across);
     if (requests.go_to_cell) scene_->travel().goToCell(*requests.go_to_cell);
@@ -465,6 +478,7 @@ class Application::Impl {
   bool opened_once_ = false, ended_ = false, busy_ = false, began_in_field_ = false;
   std::optional<Companion> companion_;
 
+  const ViewState* shown_view_ = nullptr;  // is to be shown once the proxy is at its place
   double now_s_ = 0;
   PictureSize size_;
   std::set<std::string> told_failures_;

@@ -4,6 +4,7 @@
 
 #include "solver/travel/session/session.h"
 #include "viewer/gl/renderer.h"
+#include "viewer/scene/view_state.h"
 #include "viewer/window/settings/settings.h"
 #include "viewer/window/travel/companion.h"
 #include "viewer/window/travel/opened_scene.h"
@@ -35,10 +36,12 @@ struct ApplicationOptions {
   std::optional<PictureSize> size;  // none: that of the settings
   std::uint64_t segments = 0;       // draw at most this many; 0: by the time of frames, see FrameGovernor
   std::string colour_by;            // of the first scene: ColourBy, an attribute or measure:FEATURE; empty: the setting
+  std::optional<ViewState> view;    // the first scene is to show; its place, zoom and colours are given above
   bool reset = false;               // start with default settings
   std::optional<Theme> theme;       // replaces the setting
   std::string state;                // file for the state; empty: none
   std::string pictures = ".";       // folder for screenshots
+  std::string tables;               // folder for bookmarks as CSV; empty: they go by the clipboard
   std::optional<double> seconds;    // end this long after the first scene was opened; none: when the user quits
 };
 

@@ -110,6 +110,9 @@ class WindowContext final : public GraphicsContext {
 
 }  // namespace
 
+// Dear ImGui takes a press and a release in two frames, and acts in the next.
+constexpr int kClickFrames = 4;
+
 struct Window::Impl {
   GLFWwindow* window = nullptr;
   std::unique_ptr<WindowContext> context;
@@ -123,7 +126,9 @@ struct Window::Impl {
   std::uint64_t shown_panels = 0;  // hash of the panels that the window shows
   bool stale = true;               // the window's pixels are lost, or of other letters
   std::uint8_t modifiers = 0;
-  bool repeated = false;  // the key event to which the next character belongs
+  std::uint8_t click_modifiers = 0;  // of the last event of a button
+  int click_frames = 0;              // in which the panels still take it
+  bool repeated = false;             // the key event to which the next character belongs
   int windowed_x = 0, windowed_y = 0, windowed_width = 0, windowed_height = 0;
 
   static Impl& of(GLFWwindow* window) { return *static_cast<Impl*>(glfwGetWindowUserPointer(window)); }
@@ -163,7 +168,8 @@ struct Window::Impl {
   static void onButton(GLFWwindow* window, int button, int action, int mods) {
     ImGui_ImplGlfw_MouseButtonCallback(window, button, action, mods);
     Impl& w = of(window);
-    w.modifiers = modifiersOf(mods);
+    w.modifiers = w.click_modifiers = modifiersOf(mods);
+    w.click_frames = kClickFrames;
     if (button > 2 || (action == GLFW_PRESS && ImGui::GetIO().WantCaptureMouse)) return;
     w.add(action == GLFW_PRESS ? InputEvent::Kind::button : InputEvent::Kind::button_up).button = button;
   }
@@ -345,6 +351,12 @@ void Window::beginPanels() {
   const PictureSize room = points();
   io.DisplaySize = {static_cast<float>(room.width), static_cast<float>(room.height)};
   io.DisplayFramebufferScale = {static_cast<float>(pixels), static_cast<float>(pixels)};
+  // Panels get keys only while a field has the keyboard: a click brings its modifiers itself.
+  if (w.click_frames > 0) {
+    const std::uint8_t held = --w.click_frames > 0 ? w.click_modifiers : 0;
+    io.KeyCtrl = (held & Key::kControl) != 0;
+    io.KeyShift = (held & Key::kShift) != 0;
+  }
   ImGui::NewFrame();
 }
 
@@ -364,6 +376,7 @@ void Window::hide() {
   glfwHideWindow(impl_->window);
   glfwPollEvents();
 }
+void Window::copy(const std::string& text) { glfwSetClipboardString(impl_->window, text.c_str()); }
 void Window::setTitle(const std::string& title) { glfwSetWindowTitle(impl_->window, title.c_str()); }
 
 void Window::toggleFullscreen() {

@@ -87,6 +87,7 @@ class Window {
   void show();
   void hide();  // at the end, so that the user does not wait for the last work
   void setTitle(const std::string& title);
+  void copy(const std::string& text);  // to the clipboard
   void toggleFullscreen();
 
  private:

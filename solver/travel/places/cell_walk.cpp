@@ -103,6 +103,17 @@ std::optional<std::uint32_t> CellWalk::otherBranch(const Spot& spot) const {
   return std::nullopt;
 }
 
+double CellWalk::toRoot_um(const Spot& spot) const {
+  Vector3d at_W = position_W(spot);
+  double um = 0;
+  for (std::uint32_t node = spot.parent;; node = parents()[node]) {
+    const Vector3d next_W = graph().position_W(node);
+    um += (next_W - at_W).norm();
+    if (parents()[node] == kNoParent) return um;
+    at_W = next_W;
+  }
+}
+
 std::uint32_t CellWalk::root(const Spot& spot) const {
   std::uint32_t node = spot.child;
   while (parents()[node] != kNoParent) node = parents()[node];

@@ -42,6 +42,8 @@ class CellWalk {
   // if there is no fork behind.
   std::optional<std::uint32_t> otherBranch(const Spot& spot) const;
   std::uint32_t root(const Spot& spot) const;
+  // The way from the place along its parents to the root, um. O(samples on it).
+  double toRoot_um(const Spot& spot) const;
 
  private:
   const std::vector<std::uint32_t>& parents() const { return graph().parents; }

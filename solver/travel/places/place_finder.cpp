@@ -81,12 +81,18 @@ PlaceFinder::PlaceFinder(const TileStore& store, const NearestOptions& options)
     : impl_(std::make_unique<Impl>(store, options)) {}
 PlaceFinder::~PlaceFinder() = default;
 
-std::optional<PlaceFinder::Picked> PlaceFinder::along(const RayQuery& ray) const {
+std::optional<PlaceFinder::Picked> PlaceFinder::along(const RayQuery& ray,
+                                                      const std::function<bool(std::uint32_t cell)>& sees) const {
   RayQuery first = ray;
-  first.most = 1;
-  const std::vector<RayHit> hits = impl_->nearest.alongRay(first);
-  if (hits.empty()) return std::nullopt;
-  return Picked{impl_->at(hits[0].tile, hits[0].segment, hits[0].t), hits[0].along_um, hits[0].distance_um};
+  first.of_cells = sees != nullptr;
+  // More and more cells, until one of them is seen.
+  for (first.most = 1;; first.most *= 16) {
+    const std::vector<RayHit> hits = impl_->nearest.alongRay(first);
+    for (const RayHit& hit : hits)
+      if (!sees || sees(hit.segment.cell))
+        return Picked{impl_->at(hit.tile, hit.segment, hit.t), hit.along_um, hit.distance_um};
+    if (hits.size() < first.most) return std::nullopt;
+  }
 }
 
 std::optional<PlaceFinder::Picked> PlaceFinder::nearest(const Vector3d& p_W) const {

@@ -9,6 +9,8 @@
 #include "solver/travel/places/junction.h"
 
 #include <atomic>
+#include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -29,7 +31,8 @@ class PlaceFinder {
 
   // Nullopt if the ray hits nothing, or if the scene is empty. Throws CorruptTile, CorruptSet, IoError from the store;
   // UsageError as Nearest does.
-  std::optional<Picked> along(const RayQuery& ray) const;
+  // `sees`: only of cells for which it returns true; empty: of all.
+  std::optional<Picked> along(const RayQuery& ray, const std::function<bool(std::uint32_t cell)>& sees = {}) const;
   std::optional<Picked> nearest(const Vector3d& p_W) const;
   // The nearest segment of those in the home tile of a point: reads this tile, and pages of the directory. Others may
   // be nearer. Without a home tile, or if it has no segment: nearest(). O(segments of the tile).

@@ -3,6 +3,7 @@
 #include "tests/support/process.h"
 #include "tests/support/temp_folder.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <memory>
@@ -163,6 +164,45 @@ TEST_F(FigureCommand, SizeOnPaperIsStated) {
   expectRefused({"--background", "pink"}, {"white, dark or none"});
   expectRefused({"--legend"}, {"--legend", "by type"});
   expectRefused({"--scale-bar", "--stereo", "anaglyph"}, {"mono"});
+}
+
+TEST_F(FigureCommand, ATableColoursCellsAndWhatIsUnknownIsCounted) {
+  std::vector<std::string> names;
+  for (int cell = 0; cell < 8; ++cell) names.push_back("cell_0000" + std::to_string(cell));
+  const std::string table = path("colours.tsv");
+  std::string lines = "cell\tcolour\tnote\r\n";
+  for (const std::string& name : names) lines += name + "\t#ff0000\tx\r\n";
+  std::ofstream(table) << lines;
+  const std::vector<std::string> flat{"--background", "dark", "--size", "200x150", "--colour-table", table};
+  expectRendered("red.png", flat);
+  const Picture red = test::readPng(path("red.png"));
+  std::size_t lit = 0;
+  for (std::size_t i = 0; i < red.rgb.size(); i += 3) {
+    if (red.rgb[i] > 80) ++lit;
+    EXPECT_LE(red.rgb[i + 1], std::max<int>(40, red.rgb[i] / 2)) << "all is red, or the ground";
+  }
+  EXPECT_GT(lit, 100u);
+  std::ofstream(table) << "nobody\t#00ff00\n" << names[0] << "\t#00ff00\n" << names[1] << "\tgreen\nnone\t#123456\n";
+  const Outcome outcome = render("one.png", flat);
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_TRUE(outcome.oneLineOnStderr()) << outcome.err;
+  for (const char* const part : {"does not have 2 of the names, such as nobody", "1 line without a colour"})
+    EXPECT_NE(outcome.err.find(part), std::string::npos) << outcome.err;
+  std::ofstream(table) << "nobody\t#00ff00\n";
+  expectRefused({"--colour-table", table}, {"no line colours a cell", "nobody"});
+  expectRefused({"--colour-table", table, "--colour-by", "type"}, {"--colour-by"});
+  // Two highlighted cells differ from either.
+  const std::vector<std::string> small{"--size", "200x150"};
+  const auto with = [&](std::vector<std::string> highlights) {
+    std::vector<std::string> words = small;
+    for (const std::string& name : highlights) words.insert(words.end(), {"--highlight", name});
+    expectRendered("highlight.png", words);
+    return test::readPng(path("highlight.png")).rgb;
+  };
+  const auto both = with({names[0], names[1]});
+  EXPECT_EQ(both, with({names[1], names[0]}));
+  EXPECT_NE(both, with({names[0]}));
+  EXPECT_NE(both, with({names[1]}));
 }
 
 }  // namespace

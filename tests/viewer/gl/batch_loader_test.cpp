@@ -51,7 +51,7 @@ class DamagedBatches : public ::testing::Test {
       jobs.push_back({.key = static_cast<std::uint32_t>(jobs.size()), .level = true, .tile = l});
     for (std::uint32_t c = 0; c < set->cell_count(); ++c)
       jobs.push_back({.key = static_cast<std::uint32_t>(jobs.size()), .whole_cell = c});
-    BatchLoader loader(*set, levels.get(), 0, 100);
+    BatchLoader loader(*set, levels.get());
     loader.want(jobs);
     LoadedTile tile;
     while (!loader.isIdle()) {

@@ -107,7 +107,7 @@ TEST_F(GoldenPictures, Anaglyph) { check("anaglyph", nearFork(StereoMode::anagly
 
 TEST_F(GoldenPictures, HighlightedCell) {
   SceneFrame frame;
-  frame.cell = 1;
+  frame.cells = {1};
   frame.orthographic = true;
   check("highlight", std::move(frame));
 }
@@ -122,7 +122,7 @@ TEST_F(GoldenPictures, OwnCellInAPileAtTheOrigin) {
   SceneFrame frame;
   frame.workspace = &workspace_;
   frame.proxy_W = Vector3d::Zero();
-  frame.cell = 7;
+  frame.cells = {7};
   check("pile", std::move(frame), *pile);
 }
 

@@ -30,7 +30,7 @@ inline NeuriteBatch neurites(std::initializer_list<std::array<double, 8>> list, 
     }
     s.a_radius_um = static_cast<float>(v[3]);
     s.b_radius_um = static_cast<float>(v[7]);
-    s.colour = colour;
+    s.paint = paintOf(colour);
     const double most = std::max(v[3], v[7]);
     for (const std::size_t i : {0, 4}) {
       const Vector3d p = origin_W + Vector3d(v[i], v[i + 1], v[i + 2]);

@@ -5,6 +5,7 @@
 #include "viewer/scene/overlay.h"
 
 #include <cmath>
+#include <cstdlib>
 #include <numbers>
 #include <string>
 
@@ -361,6 +362,34 @@ TEST_F(Renderers, LinesAreAPixelWide) {
     // Two samples across a pixel: two samples wide.
     EXPECT_NEAR(litAreaOf(draw(camera_, {.samples = 2}), 1).count / advances, 1.5, 0.6) << turn_rad;
   }
+}
+
+TEST_F(Renderers, APaletteDrawsThePaintedColours) {
+  NeuriteBatch batch = ball(0, 3, 0, 20, {}, {0, 40, 0});
+  batch.by_cell = true;
+  batch.tile = 12;
+  camera_ = lookAt({0, 40, 100}, {0, 40, 0});
+  CellPalette palette = makePalette(2600, ColourBy::cell, nullptr, nullptr);  // more than a row
+  palette.shallow_um = 100, palette.deep_um = 0;
+  const auto drawnOf = [&](const NeuriteBatch& shown) {
+    renderer_.put(1, shown);
+    return draw(camera_).rgb;
+  };
+  for (const ColourBy colour : kColourings)
+    for (const auto& [cell, type] : {std::pair{3U, 2}, std::pair{2500U, 4}}) {
+      palette.colour = colour;
+      renderer_.paint(palette);
+      batch.segments[0].paint = ownerPaint(cell, static_cast<std::uint16_t>(type));
+      NeuriteBatch same = batch;
+      same.by_cell = false;
+      Rgba own = paintedColour(batch.segments[0], batch, palette);
+      own.a = markOfCell(cell);
+      same.segments[0].paint = paintOf(own);
+      const auto by_palette = drawnOf(batch), by_colour = drawnOf(same);
+      int most = 0;
+      for (std::size_t i = 0; i < by_colour.size(); ++i) most = std::max(most, std::abs(by_palette[i] - by_colour[i]));
+      EXPECT_LE(most, 1) << toString(colour) << " of cell " << cell;
+    }
 }
 
 }  // namespace

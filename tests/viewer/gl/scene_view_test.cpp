@@ -13,6 +13,7 @@
 #include "tests/support/temp_folder.h"
 
 #include <chrono>
+#include <set>
 
 #include <gtest/gtest.h>
 
@@ -353,11 +354,11 @@ TEST_F(SceneViews, AHighlightThatCannotBeReadIsTriedAgain) {
   SceneView scene(broken, nullptr, renderer_);
   SceneFrame frame = frameOf(scene);
   settle(scene, frame);
-  frame.cell = 0;
+  frame.cells = {0};
   broken.failLoads(broken.loadCellDetail(0).tiles.front(), 1);
   SceneFigures figures = settle(scene, frame);
   ASSERT_EQ(figures.failed.size(), 1u);
-  EXPECT_NE(figures.failed[0].find("the highlighted cell"), std::string::npos) << figures.failed[0];
+  EXPECT_NE(figures.failed[0].find("cell "), std::string::npos) << figures.failed[0];
   frame.time_s = 60;
   for (int i = 0; i < 100 && !figures.complete; ++i) {
     scene.waitForTiles(1);
@@ -377,20 +378,95 @@ TEST_F(SceneViews, WhatIsNotDrawnLeavesTheCardWhenItIsFull) {
   EXPECT_GT(all, 0u);
 }
 
-TEST_F(SceneViews, AnotherColouringReplacesTilesOneByOne) {
+TEST_F(SceneViews, OtherColoursAndStatesOfCellsShowInTheNextFrameAndUploadNothing) {
   SceneView scene(*store_, nullptr, renderer_);
   SceneFrame frame = frameOf(scene);
   settle(scene, frame);
   const Picture by_cell = renderer_.read();
-  frame.colour = ColourBy::depth;
-  SceneFigures figures = scene.draw(frame);
-  EXPECT_EQ(figures.segments, ownedBy(*store_));  // the old tiles are drawn until the new ones come
-  EXPECT_GT(figures.pending, 0u);
-  settle(scene, frame);
-  EXPECT_NE(renderer_.read().rgb, by_cell.rgb);
+  const std::uint64_t bytes = renderer_.bytes();
+  const auto next = [&] {
+    const SceneFigures figures = scene.draw(frame);
+    EXPECT_TRUE(figures.redrawn && figures.complete);
+    EXPECT_EQ(figures.uploads, 0u);
+    EXPECT_EQ(figures.segments, ownedBy(*store_));
+    EXPECT_EQ(renderer_.bytes(), bytes);
+    return renderer_.read();
+  };
+  for (const ColourBy colour : kColourings) {
+    if (colour == ColourBy::cell) continue;
+    frame.colour = colour;
+    EXPECT_NE(next().rgb, by_cell.rgb) << toString(colour);
+  }
   frame.colour = ColourBy::cell;
+  EXPECT_EQ(next().rgb, by_cell.rgb);
+
+  const auto lit = [](const Picture& picture) {
+    std::uint64_t sum = 0;
+    for (const std::uint8_t value : picture.rgb) sum += value;
+    return sum;
+  };
+  CellStates states(store_->cell_count(), CellState::dimmed);
+  frame.states = std::make_shared<CellStates>(states);
+  const std::uint64_t dimmed = lit(next());
+  states[0] = CellState::shown;
+  frame.states = std::make_shared<CellStates>(states);
+  const std::uint64_t one = lit(next());
+  states.assign(states.size(), CellState::hidden);
+  frame.states = std::make_shared<CellStates>(states);
+  const std::uint64_t none = lit(next());
+  EXPECT_GT(lit(by_cell), one);
+  EXPECT_GT(one, dimmed);
+  EXPECT_GT(dimmed, none);
+  const Rgba ground = frame.background;
+  EXPECT_EQ(none, std::uint64_t{160} * 100 * (ground.r + ground.g + ground.b));
+  frame.states = nullptr;
+  EXPECT_EQ(next().rgb, by_cell.rgb);
+}
+
+std::shared_ptr<const CellStates> only(const TileStore& store, std::vector<std::uint32_t> cells) {
+  auto states = std::make_shared<CellStates>(store.cell_count(), CellState::hidden);
+  for (const std::uint32_t cell : cells) (*states)[cell] = CellState::shown;
+  return states;
+}
+
+TEST_F(SceneViews, IsolatedCellsAloneAreReadAndCounted) {
+  CountingStore counted(*store_);
+  SceneView scene(counted, nullptr, renderer_);
+  SceneFrame frame = frameOf(scene);
+  frame.states = only(counted, {1, 3});
+  const SceneFigures figures = settle(scene, frame);
+  EXPECT_TRUE(figures.complete);
+  EXPECT_EQ(figures.segments, counted.cell(1).segments + counted.cell(3).segments);
+  std::set<TileId> own;
+  for (const std::uint32_t cell : {1U, 3U})
+    for (const TileId tile : counted.loadCellDetail(cell).tiles) own.insert(tile);
+  for (const TileId tile : counted.loads()) EXPECT_TRUE(own.contains(tile)) << "tile " << tile << " has none of them";
+}
+
+TEST_F(SceneViews, IsolatedCellsAreShownAtOnceFromWhatIsThereAndLookTheSameThen) {
+  SceneView scene(*store_, nullptr, renderer_);
+  SceneFrame frame = frameOf(scene);
   settle(scene, frame);
-  EXPECT_EQ(renderer_.read().rgb, by_cell.rgb);
+  const Picture all = renderer_.read();
+  frame.states = only(*store_, {2});
+  SceneFigures figures = scene.draw(frame);
+  EXPECT_TRUE(figures.redrawn);
+  const Picture at_once = renderer_.read();
+  EXPECT_NE(at_once.rgb, all.rgb);
+  figures = settle(scene, frame);
+  figures = scene.draw(frame);
+  EXPECT_EQ(figures.tiles, 0u) << "the cell alone is drawn";
+  EXPECT_EQ(figures.segments, store_->cell(2).segments);
+  EXPECT_TRUE(test::compare(renderer_.read(), at_once).showsTheSame());
+  frame.states = nullptr;
+  figures = scene.draw(frame);
+  EXPECT_EQ(figures.uploads, 0u) << "the tiles are still on the card";
+  settle(scene, frame);
+  EXPECT_EQ(renderer_.read().rgb, all.rgb);
+  // A whole picture needs no frame before it.
+  frame.states = only(*store_, {2});
+  SceneView at_rest(*store_, nullptr, renderer_);
+  EXPECT_EQ(at_rest.drawWhole(frame).segments, store_->cell(2).segments);
 }
 
 TEST_F(SceneViews, LeavesNothingOnTheCard) {

@@ -24,8 +24,8 @@ TEST(Glyph, OwnBranchDiffersInColourAndInShape) {
     double farthest[2] = {0, 0};
     float thickest_other = 0, thinnest_own_line = 1e9F;
     for (const DrawnSegment& s : glyph.segments) {
-      const bool is_own = s.colour == palette.own;
-      ASSERT_TRUE(is_own || s.colour == palette.other);
+      const bool is_own = s.paint == paintOf(palette.own);
+      ASSERT_TRUE(is_own || s.paint == paintOf(palette.other));
       ++(is_own ? own : other);
       farthest[is_own] = std::max<double>(farthest[is_own], Eigen::Vector3f(s.b_um[0], s.b_um[1], s.b_um[2]).norm());
       if (is_own && s.a_radius_um != s.b_radius_um) ++filled;

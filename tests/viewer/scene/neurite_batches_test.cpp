@@ -123,42 +123,6 @@ TEST(NeuriteBatches, SomataAreBallsAndDoNotThickenTheirNeurites) {
   EXPECT_EQ(makeBatch(*store->load(0), store->loadAppearance(0)).segments.size(), 2u);
 }
 
-TEST(NeuriteBatches, ColoursSayWhatTheyAreAskedFor) {
-  Cell one, two;
-  for (Cell* cell : {&one, &two}) {
-    const double y = cell == &one ? 0 : 100;
-    const auto root = test::addSample(*cell, {0, y, 0}, kNoParent, 1, 3);
-    const auto a = test::addSample(*cell, {10, y, 0}, root, 0.1F, 2);
-    test::addSample(*cell, {20, y, 0}, a, 2, 4);
-  }
-  one.source = "a";
-  two.source = "b";
-  const auto store = storeOf({one, two}, 100);
-  ASSERT_EQ(store->tile_count(), 1u);
-  const auto colours = [&](ColourBy by) {
-    std::vector<Rgba> list;
-    const BatchOptions options{.colour = by, .shallow_um = 100, .deep_um = 0};
-    for (const DrawnSegment& s : makeBatch(*store->load(0), store->loadAppearance(0), options).segments) {
-      EXPECT_EQ(s.colour.a, markOfCell(list.size() < 2 ? 0 : 1));
-      list.push_back({s.colour.r, s.colour.g, s.colour.b});
-    }
-    return list;
-  };
-  using List = std::vector<Rgba>;
-  const Rgba c0 = colourOfNumber(0), c1 = colourOfNumber(1), deep = colourOnRamp(1), shallow = colourOnRamp(0);
-  EXPECT_NE(c0, c1);
-  EXPECT_NE(markOfCell(0), markOfCell(1));
-  EXPECT_EQ(colours(ColourBy::cell), (List{c0, c0, c1, c1}));
-  EXPECT_EQ(colours(ColourBy::type), (List{colourOfType(2), colourOfType(4), colourOfType(2), colourOfType(4)}));
-  EXPECT_EQ(colours(ColourBy::depth), (List{deep, deep, shallow, shallow}));
-  EXPECT_EQ(colours(ColourBy::tile), (List{c0, c0, c0, c0}));
-  const List radius = colours(ColourBy::radius);
-  EXPECT_EQ(radius[0], radius[2]);
-  EXPECT_LT(radius[0].g, radius[1].g);  // thicker is lighter
-  for (const ColourBy by : kColourings) EXPECT_EQ(colouringNamed(toString(by)), by);
-  EXPECT_EQ(colouringNamed("taste"), std::nullopt);
-}
-
 TEST(NeuriteBatches, WorstCasesGiveFiniteSegments) {
   for (const test::NamedCells& worst : test::worstCases()) {
     SCOPED_TRACE(worst.name);

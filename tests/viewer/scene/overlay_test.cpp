@@ -38,7 +38,7 @@ TEST(Overlay, RegionsAreBoxesOfTheWorkspace) {
   for (const DrawnSegment& s : boxes.segments) {
     const Vector3d a = boxes.origin_W + Vector3d(s.a_um[0], s.a_um[1], s.a_um[2]);
     const Vector3d b = boxes.origin_W + Vector3d(s.b_um[0], s.b_um[1], s.b_um[2]);
-    const bool dynamic = s.colour == kDynamicColour;
+    const bool dynamic = s.paint == paintOf(kDynamicColour);
     outer += dynamic;
     EXPECT_NEAR((b - a).norm(), dynamic ? 240 : 120, 1e-3);
     for (const Vector3d& p : {a, b})

@@ -81,6 +81,7 @@ SomeCells sceneOfCells(const TileSet& set, const std::vector<std::uint32_t>& cel
 std::shared_ptr<const CellColours> coloursOfCells(const CellColours* colours, const std::vector<std::uint32_t>& cells) {
   auto some = std::make_shared<CellColours>(colours != nullptr ? *colours : CellColours());
   some->of_cell.clear();
+  some->is_chosen.clear();
   for (const std::uint32_t cell : cells)
     some->of_cell.push_back(colours != nullptr ? colours->of_cell.at(cell) : colourOfNumber(cell));
   return some;

@@ -32,7 +32,7 @@ struct ReadTile {
 };
 
 bool isSame(const TileJob& a, const TileJob& b) {
-  return a.key == b.key && a.generation == b.generation && a.only_below == b.only_below;
+  return a.key == b.key && a.whole_cell == b.whole_cell && a.only_below == b.only_below;
 }
 
 }  // namespace
@@ -40,7 +40,6 @@ bool isSame(const TileJob& a, const TileJob& b) {
 struct BatchLoader::Impl {
   const TileStore& store;
   const Levels* levels;
-  double shallow_um, deep_um;
 
   mutable std::mutex mutex;
   std::condition_variable to_do, done;
@@ -164,8 +163,7 @@ ReadTile BatchLoader::Impl::take(const TileJob& job) {
 }
 
 NeuriteBatch BatchLoader::Impl::load(const TileJob& job) {
-  BatchOptions options{.colour = job.colour, .shallow_um = shallow_um, .deep_um = deep_um};
-  if (job.cell_colours != nullptr) options.cell_colours = &job.cell_colours->of_cell;
+  BatchOptions options;
   NeuriteBatch batch;
   if (job.whole_cell != UINT32_MAX) {
     const CellDetail detail = store.loadCellDetail(job.whole_cell);
@@ -224,11 +222,9 @@ void BatchLoader::Impl::run() {
   }
 }
 
-BatchLoader::BatchLoader(const TileStore& store, const Levels* levels, double shallow_um, double deep_um)
+BatchLoader::BatchLoader(const TileStore& store, const Levels* levels)
     : impl_(new Impl{.store = store,
                      .levels = levels,
-                     .shallow_um = shallow_um,
-                     .deep_um = deep_um,
                      .mutex = {},
                      .to_do = {},
                      .done = {},

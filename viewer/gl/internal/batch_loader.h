@@ -4,7 +4,6 @@
 
 #include "index/levels/levels.h"
 #include "index/set/tile_store.h"
-#include "viewer/scene/cell_colours.h"
 #include "viewer/scene/neurite_batches.h"
 
 #include <exception>
@@ -14,12 +13,9 @@
 namespace filiform::internal {
 
 struct TileJob {
-  std::uint32_t key = 0;         // chosen by the caller
-  std::uint32_t generation = 0;  // chosen by the caller: jobs that differ in it differ
-  bool level = false;            // `tile` is a level tile
+  std::uint32_t key = 0;  // chosen by the caller
+  bool level = false;     // `tile` is a level tile
   std::uint32_t tile = 0;
-  ColourBy colour = ColourBy::cell;
-  std::shared_ptr<const CellColours> cell_colours = {};
   std::uint32_t whole_cell = UINT32_MAX;  // if set: load this cell in full resolution instead of the tile
   bool only_below = false;                // read what lies below the level tile (Levels::below()), not the tile
 };
@@ -32,8 +28,8 @@ struct LoadedTile {
 
 class BatchLoader {
  public:
-  // Store and levels (may be nullptr) must outlive it. The depths are the ends of the ramp of ColourBy::depth.
-  BatchLoader(const TileStore& store, const Levels* levels, double shallow_um, double deep_um);
+  // Store and levels (may be nullptr) must outlive it.
+  BatchLoader(const TileStore& store, const Levels* levels);
   ~BatchLoader();  // waits for the tile that is being read
   void stop();     // begins no further tile; does not wait
 

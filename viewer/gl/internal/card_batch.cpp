@@ -26,6 +26,8 @@ void CardBatch::put(const NeuriteBatch& batch, Layer layer) {
   origin_W_ = batch.origin_W;
   pixel_um_ = batch.pixel_um;
   layer_ = layer;
+  by_cell_ = batch.by_cell;
+  tile_ = batch.tile;
   shown = true;
   radii_um_.clear();
   radii_um_.reserve(segments.size());
@@ -65,17 +67,16 @@ void CardBatch::bindFrom(From from, std::size_t first) {
   if (!is_new && vertices.first == first) return;
   vertices.first = first;
   glBindBuffer(GL_ARRAY_BUFFER, buffer_);
-  const auto attribute = [first, is_new](GLuint place, GLenum type, GLboolean normalised, std::size_t offset) {
-    if (is_new) {
-      glEnableVertexAttribArray(place);
-      glVertexAttribDivisor(place, 1);
-    }
-    glVertexAttribPointer(place, 4, type, normalised, sizeof(DrawnSegment),
-                          reinterpret_cast<const void*>(first * sizeof(DrawnSegment) + offset));
+  for (GLuint place = 0; is_new && place < 3; ++place) {
+    glEnableVertexAttribArray(place);
+    glVertexAttribDivisor(place, 1);
+  }
+  const auto at = [first](std::size_t offset) {
+    return reinterpret_cast<const void*>(first * sizeof(DrawnSegment) + offset);
   };
-  attribute(0, GL_FLOAT, GL_FALSE, offsetof(DrawnSegment, a_um));
-  attribute(1, GL_FLOAT, GL_FALSE, offsetof(DrawnSegment, b_um));
-  attribute(2, GL_UNSIGNED_BYTE, GL_TRUE, offsetof(DrawnSegment, colour));
+  glVertexAttribPointer(0, 4, GL_FLOAT, GL_FALSE, sizeof(DrawnSegment), at(offsetof(DrawnSegment, a_um)));
+  glVertexAttribPointer(1, 4, GL_FLOAT, GL_FALSE, sizeof(DrawnSegment), at(offsetof(DrawnSegment, b_um)));
+  glVertexAttribIPointer(2, 1, GL_UNSIGNED_INT, sizeof(DrawnSegment), at(offsetof(DrawnSegment, paint)));
 }
 
 bool CardBatch::Block::isSeen(const LevelView& view) const {

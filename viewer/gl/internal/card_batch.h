@@ -54,6 +54,9 @@ class CardBatch {
   const Vector3d& origin_W() const { return origin_W_; }
   double pixel_um() const { return pixel_um_; }
   Layer layer() const { return layer_; }
+  void setLayer(Layer layer) { layer_ = layer; }
+  bool by_cell() const { return by_cell_; }
+  TileId tile() const { return tile_; }
 
   bool shown = true;
 
@@ -67,6 +70,8 @@ class CardBatch {
   Vector3d origin_W_;
   double pixel_um_ = 0;
   Layer layer_ = Layer::neurites;
+  bool by_cell_ = false;
+  TileId tile_ = 0;
   std::vector<float> radii_um_, lengths_um_;  // of the segments
   std::vector<Eigen::Vector3f> balls_um_;
   std::vector<Block> blocks_;

@@ -14,6 +14,10 @@ using Clock = std::chrono::steady_clock;
 
 // A tile that cannot be read is tried again after this time.
 constexpr double kRetry_s = 5;
+// Cells that are not hidden are drawn whole instead of the tiles if they have no more segments together.
+constexpr std::uint64_t kMostLone = 100'000;
+// Boxes of more cells are not compared with the tiles.
+constexpr std::size_t kMostBoxes = 4096;
 
 double elapsed_ms(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
@@ -33,8 +37,13 @@ std::string reasonOf(const std::exception_ptr& error) {
 
 CardTiles::CardTiles(const TileStore& store, const Levels* levels, Renderer& renderer, double shallow_um,
                      double deep_um)
-    : store_(store), levels_(levels), renderer_(renderer), first_tile_(levels != nullptr ? levels->size() : 0) {
-  loader_ = std::make_unique<BatchLoader>(store, levels, shallow_um, deep_um);
+    : store_(store),
+      levels_(levels),
+      renderer_(renderer),
+      first_tile_(levels != nullptr ? levels->size() : 0),
+      shallow_um_(shallow_um),
+      deep_um_(deep_um) {
+  loader_ = std::make_unique<BatchLoader>(store, levels);
 }
 
 CardTiles::Node CardTiles::above(Node node) const {
@@ -43,25 +52,81 @@ CardTiles::Node CardTiles::above(Node node) const {
   return level == Levels::kRoots ? kNone : level;
 }
 
-bool CardTiles::setAppearance(ColourBy colour, const std::shared_ptr<const CellColours>& cell_colours,
-                              std::optional<std::uint32_t> cell) {
+bool CardTiles::setAppearance(const SceneFrame& f) {
   ++frame_;
   bool changed = false;
-  if (colour != colour_ || cell_colours != cell_colours_) {
-    colour_ = colour;
-    cell_colours_ = cell_colours;
-    ++generation_;
+  if (palettes_ == 0 || f.colour != colour_ || f.cell_colours != cell_colours_ || f.states != states_ ||
+      f.hidden_types != hidden_types_) {
+    colour_ = f.colour;
+    cell_colours_ = f.cell_colours;
+    states_ = f.states;
+    hidden_types_ = f.hidden_types;
+    CellPalette palette = makePalette(store_.cell_count(), colour_, cell_colours_.get(), states_.get());
+    palette.shallow_um = shallow_um_;
+    palette.deep_um = deep_um_;
+    palette.hidden_types = hidden_types_;
+    renderer_.paint(palette);
+    ++palettes_;
+    findLone();
     changed = true;
   }
-  if (cell != cell_) {
-    cell_ = cell;
-    shown_changed_ = true;
-    cell_slot_ = {};
-    renderer_.remove(kCell);
-    changed = true;
+  const bool other_cells = (changed || f.cells != highlighted_) && setWhole(f);
+  highlighted_ = f.cells;
+  shown_changed_ |= other_cells;
+  request_again_ |= other_cells;
+  return changed || other_cells;
+}
+
+void CardTiles::findLone() {
+  lone_.clear();
+  boxes_.clear();
+  if (states_ == nullptr) return;
+  const auto isHidden = [&](CellState state) { return state == CellState::hidden; };
+  const auto hidden = static_cast<std::size_t>(std::count_if(states_->begin(), states_->end(), isHidden));
+  if (hidden == 0 || store_.cell_count() - hidden > kMostBoxes) return;
+  std::uint64_t segments = 0;
+  for (std::uint32_t cell = 0; cell < store_.cell_count(); ++cell) {
+    if (cell < states_->size() && isHidden((*states_)[cell])) continue;
+    const CellRecord& record = store_.cell(cell);
+    if (record.removed || record.segments == 0) continue;
+    segments += record.segments;
+    lone_.push_back(cell);
+    boxes_.push_back(record.bounds);
   }
-  request_again_ |= changed;
+  if (segments > kMostLone) lone_.clear();
+}
+
+bool CardTiles::setWhole(const SceneFrame& f) {
+  std::map<std::uint32_t, Layer> wanted;
+  for (const std::uint32_t cell : lone_) wanted[cell] = Layer::neurites;
+  for (const std::uint32_t cell : f.cells) wanted[cell] = Layer::highlight;
+  bool changed = false;
+  std::erase_if(cells_, [&](const auto& cell) {
+    if (wanted.contains(cell.first)) return false;
+    renderer_.remove(kFirstCell + cell.first);
+    return changed = true;
+  });
+  for (const auto& [cell, layer] : wanted) {
+    const auto [at, is_new] = cells_.try_emplace(cell);
+    changed |= is_new || at->second.layer != layer;
+    at->second.layer = layer;
+    renderer_.place(kFirstCell + cell, layer);
+  }
   return changed;
+}
+
+bool CardTiles::hasLone() const {
+  return std::all_of(lone_.begin(), lone_.end(), [this](std::uint32_t cell) { return cells_.at(cell).uploaded; });
+}
+
+void CardTiles::leaveHidden(std::vector<LevelPart>& parts) const {
+  if (boxes_.empty()) return;
+  std::erase_if(parts, [this](const LevelPart& part) {
+    const GridBox& content = part.level ? levels_->entry(part.tile).content : store_.entry(part.tile).content;
+    return std::none_of(boxes_.begin(), boxes_.end(), [&](const GridBox& box) {
+      return (box.lo.array() <= content.hi.array()).all() && (content.lo.array() <= box.hi.array()).all();
+    });
+  });
 }
 
 bool CardTiles::choose(const LevelView& view, const Vector3d& focus_W, std::uint64_t most_segments, double enough_px,
@@ -74,11 +139,18 @@ bool CardTiles::choose(const LevelView& view, const Vector3d& focus_W, std::uint
   choice.add(static_cast<double>(most_segments));
   choice.add(enough_px);
   choice.add(with_stand_ins ? 1 : 0);
+  choice.add(lone_.empty() ? 0 : hasLone() ? 2 : 1);
+  choice.add(static_cast<double>(boxes_.empty() ? 0 : palettes_));
   chosen_frame_ = frame_;
   if (choice == last_choice_ && !choose_again_) return false;
   // No frame waits for the directory; a whole picture does.
-  chosen_ = chooseTiles(store_, levels_, view, focus_W, most_segments, enough_px,
-                        with_stand_ins ? UnreadTiles::leave : UnreadTiles::read);
+  if (lone_.empty()) {
+    chosen_ = chooseTiles(store_, levels_, view, focus_W, most_segments, enough_px,
+                          with_stand_ins ? UnreadTiles::leave : UnreadTiles::read);
+    leaveHidden(chosen_.parts);
+  } else if (hasLone() || !with_stand_ins) {
+    chosen_ = {};  // until then what is there is shown
+  }
   last_choice_ = std::move(choice);
   choose_again_ = false;
   chosen_view_ = view;
@@ -107,12 +179,13 @@ void CardTiles::request(bool with_stand_ins, double now_s) {
   const auto wish = [&](Node node) {
     Slot& tile = slots_[node];
     tile.used = frame_;
-    if (isCurrent(tile) || !isDue(tile)) return;
+    if (tile.uploaded || !isDue(tile)) return;
     const Node coarser = above(node);
     const double error_px = coarser == kNone ? INFINITY : levels_->errorOnScreen(coarser, chosen_view_);
     wishes.push_back({error_px, node});
   };
   for (const LevelPart& part : chosen_.parts) {
+    if (!lone_.empty()) break;
     wish(nodeOf(part));
     if (!with_stand_ins) continue;
     for (Node coarser = above(nodeOf(part)); coarser != kNone && met.insert(coarser).second; coarser = above(coarser))
@@ -124,25 +197,17 @@ void CardTiles::request(bool with_stand_ins, double now_s) {
     return std::min(a.node, first_tile_) < std::min(b.node, first_tile_);
   });
   std::vector<TileJob> jobs;
-  jobs.reserve(wishes.size() + 1);
+  jobs.reserve(wishes.size() + cells_.size());
   // After the tiles for which nothing stands in: a cell may lie in many tiles.
   auto after_first =
       std::find_if(wishes.begin(), wishes.end(), [](const Wish& w) { return std::isfinite(w.error_px); });
-  const bool wants_cell = cell_ && !isCurrent(cell_slot_) && isDue(cell_slot_);
   for (auto w = wishes.begin();; ++w) {
-    if (w == after_first && wants_cell)
-      jobs.push_back({.key = kNone,
-                      .generation = generation_,
-                      .colour = colour_,
-                      .cell_colours = cell_colours_,
-                      .whole_cell = *cell_});
+    if (w == after_first)
+      for (const auto& [cell, slot] : cells_)
+        if (!slot.uploaded && isDue(slot)) jobs.push_back({.key = kNone, .whole_cell = cell});
     if (w == wishes.end()) break;
-    jobs.push_back({.key = w->node,
-                    .generation = generation_,
-                    .level = isLevel(w->node),
-                    .tile = isLevel(w->node) ? w->node : w->node - first_tile_,
-                    .colour = colour_,
-                    .cell_colours = cell_colours_});
+    const bool level = isLevel(w->node);
+    jobs.push_back({.key = w->node, .level = level, .tile = level ? w->node : w->node - first_tile_});
   }
   for (const LevelId level : chosen_.unread) {
     const auto failed = unread_.find(level);
@@ -165,11 +230,11 @@ bool CardTiles::upload(const SceneBudget& budget, bool all, double now_s, SceneF
       came |= tookDirectory(loaded, now_s);
       continue;
     }
-    if (loaded.job.generation != generation_) continue;
-    const bool is_cell = loaded.job.key == kNone;
+    const std::uint32_t cell = loaded.job.whole_cell;
+    const bool is_cell = cell != UINT32_MAX;
     const auto found = slots_.find(loaded.job.key);
-    if (is_cell ? cell_ != loaded.job.whole_cell : found == slots_.end()) continue;
-    Slot& tile = is_cell ? cell_slot_ : found->second;
+    if (is_cell ? !cells_.contains(cell) : found == slots_.end()) continue;
+    Slot& tile = is_cell ? static_cast<Slot&>(cells_[cell]) : found->second;
     came = true;
     const bool shown = is_cell || std::binary_search(shown_.begin(), shown_.end(), loaded.job.key);
     shown_changed_ |= shown;
@@ -180,13 +245,12 @@ bool CardTiles::upload(const SceneBudget& budget, bool all, double now_s, SceneF
       continue;
     }
     if (is_cell) {
-      renderer_.put(kCell, loaded.batch, Layer::highlight);
+      renderer_.put(kFirstCell + cell, loaded.batch, cells_[cell].layer);
     } else {
       renderer_.put(loaded.job.key, loaded.batch);
       renderer_.show(loaded.job.key, shown);
     }
     tile.uploaded = true;
-    tile.generation = generation_;
     tile.implausible = loaded.batch.implausible_radii;
     ++figures.uploads;
     figures.upload_bytes += loaded.batch.segments.size() * sizeof(DrawnSegment);
@@ -277,7 +341,7 @@ void CardTiles::countChosen(SceneFigures& figures) {
     const Slot& tile = slots_[node];
     if (tile.error)
       figures.failed.push_back(reasonOf(tile.error));
-    else if (!isCurrent(tile))
+    else if (!tile.uploaded)
       ++figures.pending;
     bool represented = false;
     for (Node over = node; over != kNone && !represented; over = above(over))
@@ -305,7 +369,7 @@ void CardTiles::count(SceneFigures& figures) {
   figures.limited = chosen_.limited;
   figures.failed.clear();
   figures.has_gaps = false;
-  countChosen(figures);
+  if (lone_.empty()) countChosen(figures);
   // While the choice is frozen, nothing more is chosen.
   for (const LevelId level : chosen_.unread)
     if (const auto failed = unread_.find(level); failed != unread_.end())
@@ -323,29 +387,32 @@ void CardTiles::count(SceneFigures& figures) {
     figures.hidden += levels_->entry(node).hidden;
     figures.error_px = std::max(figures.error_px, levels_->errorOnScreen(node, chosen_view_));
   }
-  if (cell_ && cell_slot_.error) {
-    std::string line = "the highlighted cell: ";
-    line += reasonOf(cell_slot_.error);
-    figures.failed.push_back(std::move(line));
+  for (const std::uint32_t cell : lone_) {
+    figures.segments += cells_[cell].uploaded ? store_.cell(cell).segments : 0;
+    figures.implausible_radii += cells_[cell].implausible;
   }
-  if (cell_ && !cell_slot_.error && !isCurrent(cell_slot_)) ++figures.pending;
+  for (const auto& [cell, slot] : cells_) {
+    if (slot.error) figures.failed.push_back("cell " + store_.cell(cell).name + ": " + reasonOf(slot.error));
+    if (!slot.error && !slot.uploaded) ++figures.pending;
+  }
   figures.complete = figures.pending == 0 && figures.stand_ins == 0 && figures.failed.empty();
   figures.card_bytes = renderer_.bytes();
 }
 
 std::size_t CardTiles::wholeDone() {
-  const auto isDone = [this](const Slot& tile) {
+  const auto isDone = [](const Slot& tile) {
     if (tile.error) std::rethrow_exception(tile.error);
-    return isCurrent(tile);
+    return tile.uploaded;
   };
-  std::size_t done = cell_ && isDone(cell_slot_) ? 1 : 0;
+  std::size_t done = 0;
+  for (const auto& [cell, slot] : cells_) done += isDone(slot) ? 1 : 0;
   for (const LevelPart& part : chosen_.parts) done += isDone(slots_[nodeOf(part)]) ? 1 : 0;
   return done;
 }
 
 void CardTiles::removeAll() {
   for (const auto& [node, tile] : slots_) renderer_.remove(node);
-  renderer_.remove(kCell);
+  for (const auto& [cell, slot] : cells_) renderer_.remove(kFirstCell + cell);
   slots_.clear();
 }
 

@@ -15,6 +15,7 @@
 #include <cstdint>
 #include <exception>
 #include <limits>
+#include <map>
 #include <memory>
 #include <optional>
 #include <unordered_map>
@@ -31,10 +32,10 @@ class CardTiles {
   // Store, levels (may be nullptr) and renderer must outlive it. The two depths are the ends of ColourBy::depth's ramp.
   CardTiles(const TileStore& store, const Levels* levels, Renderer& renderer, double shallow_um, double deep_um);
 
-  // Starts a frame. Sets the colouring, the colours of cells (nullptr: those of the colouring) and the highlighted cell
-  // (none: no cell). True: the picture changes.
-  bool setAppearance(ColourBy colour, const std::shared_ptr<const CellColours>& cell_colours,
-                     std::optional<std::uint32_t> cell);
+  // Starts a frame. Sets its colours, the states of cells and the highlighted cells. True: the picture changes. Colours
+  // and states upload no segment. Few cells that alone are not hidden are loaded whole then, and replace all tiles.
+  bool setAppearance(const SceneFrame& frame);
+  std::uint64_t palettes() const { return palettes_; }  // that were set so far
   // Chooses tiles as chooseTiles() does, and requests those that are missing, stand-ins only if `with_stand_ins`.
   // True: the choice is a new one. Does nothing for the arguments of the last call, unless more of the set's directory
   // was read since. With stand-ins it reads nothing: the loading thread reads the directory where finer tiles need it,
@@ -63,7 +64,7 @@ class CardTiles {
 
   // For a whole picture: the number of batches that it needs, and of those that are uploaded. The latter throws the
   // reason of a tile that cannot be read.
-  std::size_t wholeSize() const { return chosen_.parts.size() + (cell_ ? 1 : 0); }
+  std::size_t wholeSize() const { return chosen_.parts.size() + cells_.size(); }
   std::size_t wholeDone();
 
   // Removes all tiles from the renderer.
@@ -75,11 +76,10 @@ class CardTiles {
  private:
   using Node = std::uint32_t;  // a level tile, or, from first_tile_ on, a tile in full resolution
   static constexpr Node kNone = std::numeric_limits<Node>::max();
-  static constexpr Renderer::BatchId kCell = kFirstFreeId - 1;
+  static constexpr Renderer::BatchId kFirstCell = kFirstFreeId / 2;  // of whole cells
 
   struct Slot {  // a tile that was requested or uploaded
     bool uploaded = false;
-    std::uint32_t generation = 0;  // of the colours it was made with
     std::uint64_t implausible = 0;
     std::uint64_t used = 0;  // the frame in which it was last wanted or shown
     std::exception_ptr error;
@@ -92,10 +92,13 @@ class CardTiles {
     const auto found = slots_.find(node);
     return found != slots_.end() && found->second.uploaded;
   }
-  bool isCurrent(const Slot& slot) const { return slot.uploaded && slot.generation == generation_; }
   Node above(Node node) const;                                 // the level tile right above, kNone for roots
   bool tookDirectory(const LoadedTile& loaded, double now_s);  // true: the figures or the choice may change
   void countChosen(SceneFigures& figures);
+  void findLone();                                        // of these states
+  bool setWhole(const SceneFrame& frame);                 // true: other cells, or others of them highlighted
+  bool hasLone() const;                                   // all of them are uploaded
+  void leaveHidden(std::vector<LevelPart>& parts) const;  // leaves out parts in which all cells are hidden
 
   const TileStore& store_;
   const Levels* levels_;
@@ -113,11 +116,19 @@ class CardTiles {
   std::vector<Node> shown_;  // ascending
   bool shown_changed_ = false;
   std::uint64_t frame_ = 0;
-  std::uint32_t generation_ = 0;
+  double shallow_um_, deep_um_;
+  std::uint64_t palettes_ = 0;
+  std::uint8_t hidden_types_ = 0;
   ColourBy colour_ = ColourBy::cell;
   std::shared_ptr<const CellColours> cell_colours_;
-  std::optional<std::uint32_t> cell_;  // highlighted: one batch, requested under the key kNone
-  Slot cell_slot_;
+  std::shared_ptr<const CellStates> states_;
+  struct WholeCell : Slot {
+    Layer layer = Layer::neurites;
+  };
+  std::map<std::uint32_t, WholeCell> cells_;  // drawn whole: a batch each, requested under the key kNone
+  std::vector<std::uint32_t> highlighted_;    // of the last frame
+  std::vector<std::uint32_t> lone_;           // the cells that are not hidden, if these are few and small; ascending
+  std::vector<GridBox> boxes_;                // of the cells that are not hidden; empty: of all, or too many
   bool request_again_ = false;
   double next_retry_s_ = INFINITY;
 };

@@ -3,6 +3,7 @@
 
 namespace filiform::internal {
 
+extern const char* const kPaintText;  // comes before the vertex shaders of segments
 extern const char* const kBallVertexShader;
 extern const char* const kBallFragmentShader;
 extern const char* const kConeVertexShader;

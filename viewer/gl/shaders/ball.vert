@@ -2,7 +2,6 @@
 // A small ball, or its halo, as a quad on the screen. It lies at one depth, so the driver tests depths before it shades:
 // most balls of dense tissue are hidden. The renderer defines DRAWN as for ball.frag.
 layout(location = 0) in vec4 a;  // centre from the batch's origin and radius, um
-layout(location = 2) in vec4 colour;
 
 uniform mat3 rotation_VW;
 uniform vec3 origin_V;
@@ -28,13 +27,13 @@ void main() {
   radius_px = max(a.w * px_um, least_px) * left_over;
   const bool is_halo = DRAWN == 1;
   float rim_px = is_halo ? halo_px * smoothstep(halo_radii.x, halo_radii.y, radius_px) : 0.0;
-  if (centre_um < near_um || left_over <= 0.0 || (is_halo && rim_px <= 0.0)) {
+  float recedes = dim;
+  if (centre_um < near_um || left_over <= 0.0 || (is_halo && rim_px <= 0.0) || !isPainted(a, own_colour, recedes)) {
     gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
     return;
   }
   reach_px = max(radius_px, 0.5) + rim_px;
-  own_colour = colour;
-  away = max(dim, fog.z * smoothstep(fog.x, fog.y, centre_um));
+  away = max(recedes, fog.z * smoothstep(fog.x, fog.y, centre_um));
 
   off_px = (reach_px + 1.0) * vec2((gl_VertexID & 1) * 2 - 1, (gl_VertexID & 2) - 1);
   vec2 centre_px = vec2(lens.x * p.x + lens.y * p.z, lens.z * p.y + lens.w * p.z) / centre_um * half_px;

@@ -6,6 +6,7 @@ flat in vec4 radii;
 flat in vec2 depths;
 flat in vec3 axis_V;
 flat in vec4 own_colour;
+flat in float recedes;  // mixes with the background at any depth, 0 .. 1
 in vec2 at_px;
 
 uniform vec4 lens;
@@ -15,7 +16,6 @@ uniform float halo_px;
 uniform vec2 halo_radii;
 uniform vec3 background;
 uniform vec3 fog;       // begin um, end um, most
-uniform float dim;      // mixes with the background at any depth, 0 .. 1
 uniform vec2 clearing;  // um: neurites get thinner from the second depth to nothing at the first
 uniform float opacity;  // 1: alpha becomes the mark of the cell
 uniform sampler2D surfaces;  // alpha: the mark of the cell whose surface is there
@@ -52,7 +52,7 @@ void main() {
   mirrored *= mirrored;
   float bright = 0.25 * smoothstep(1.5, 4.0, r) * mirrored * mirrored;  // its 32nd power
   vec3 shown = own_colour.rgb * (0.38 + 0.68 * diffuse) + bright;
-  float away = max(dim, fog.z * smoothstep(fog.x, fog.y, w));
+  float away = max(recedes, fog.z * smoothstep(fog.x, fog.y, w));
   float surface = max(w - r * w / (lens.z * half_px.y) * front, 1e-6 * w);
   gl_FragDepth = clamp(0.5 + 0.5 * (depth_map.y - depth_map.x * surface) / surface, 0.0, 1.0);
   drawn = vec4(mix(shown, background, away), opacity < 1.0 ? opacity : own_colour.a);

@@ -3,7 +3,6 @@
 // behind the cone, so the driver tests depths before it shades. The renderer defines DRAWN as for cone.frag.
 layout(location = 0) in vec4 a;  // position from the batch's origin and radius, um
 layout(location = 1) in vec4 b;
-layout(location = 2) in vec4 colour;
 
 uniform mat3 rotation_VW;
 uniform vec3 origin_V;
@@ -14,6 +13,7 @@ uniform float near_um;
 uniform float least_px;
 uniform float halo_px;
 uniform vec2 halo_radii;  // px: no halo below the first radius, a full one above the second
+uniform float dim;
 uniform vec2 clearing;    // um: neurites get thinner from the second depth to nothing at the first
 
 flat out vec4 ends_px;   // of a and b, from the middle of the picture
@@ -21,6 +21,7 @@ flat out vec4 radii;     // of a and b in pixels as drawn, then in um as given
 flat out vec2 depths;    // um
 flat out vec3 axis_V;    // unit vector; 0 for a sphere
 flat out vec4 own_colour;
+flat out float recedes;  // mixes with the background at any depth, 0 .. 1
 out vec2 at_px;
 
 vec2 pixel(vec3 p) { return vec2(lens.x * p.x + lens.y * p.z, lens.z * p.y + lens.w * p.z) / -p.z * half_px; }
@@ -29,7 +30,8 @@ void main() {
   vec3 p = rotation_VW * a.xyz + origin_V, q = rotation_VW * b.xyz + origin_V;
   vec2 radius_um = vec2(a.w, b.w);
   float begin_um = max(near_um, clearing.x);
-  if (-p.z < begin_um && -q.z < begin_um) {
+  recedes = dim;
+  if ((-p.z < begin_um && -q.z < begin_um) || !isPainted(a, own_colour, recedes)) {
     gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
     return;
   }
@@ -48,7 +50,6 @@ void main() {
   vec2 r_px = max(radius_um * lens.z * half_px.y / depths, vec2(least_px));
   ends_px = vec4(a_px, b_px);
   radii = vec4(r_px, radius_um);
-  own_colour = colour;
 
   vec2 along = b_px - a_px;
   float length_px = length(along);

@@ -4,7 +4,6 @@
 // in which the line advances less, as for OpenGL's own lines: it covers the same pixels, and joints leave no gap.
 layout(location = 0) in vec4 a;
 layout(location = 1) in vec4 b;
-layout(location = 2) in vec4 colour;
 
 uniform mat3 rotation_VW;
 uniform vec3 origin_V;
@@ -27,7 +26,9 @@ vec2 pixel(vec3 p) { return vec2(lens.x * p.x + lens.y * p.z, lens.z * p.y + len
 void main() {
   vec3 way = rotation_VW * (b.xyz - a.xyz), p = rotation_VW * a.xyz + origin_V;
   vec3 q = p + way;
-  if (max(-p.z, -q.z) <= max(clearing.x, near_um)) {
+  vec4 colour;
+  float recedes = dim;
+  if (max(-p.z, -q.z) <= max(clearing.x, near_um) || !isPainted(a, colour, recedes)) {
     gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
     return;
   }
@@ -45,7 +46,7 @@ void main() {
   float squared = dot(way, way);
   float lit = squared > 0.0 ? dot(normalize(vec3(-0.35, 0.55, 0.75)), way * inversesqrt(squared)) : 0.0;
   float diffuse = sqrt(max(0.0, 1.0 - lit * lit));
-  float away = max(dim, fog.z * smoothstep(fog.x, fog.y, -here.z));
+  float away = max(recedes, fog.z * smoothstep(fog.x, fog.y, -here.z));
   shown = vec4(mix(colour.rgb * (0.38 + 0.62 * diffuse), background, away), colour.a);
   gl_Position = vec4(corner / half_px * -here.z, depth_map.x * here.z + depth_map.y, -here.z);
 }

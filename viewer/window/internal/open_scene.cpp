@@ -18,13 +18,20 @@ namespace filiform::internal {
 namespace {
 
 constexpr double kCountEvery_s = 0.25;
+constexpr std::size_t kMostHighlighted = 64;  // cells: each is read and uploaded whole
 
 }  // namespace
 
 OpenScene::OpenScene(Opened opened, Messages& messages, Travel::Callbacks callbacks)
-    : messages_(messages), viewpoint_(opened.session->workspaceOptions()), picture_(std::move(opened.picture)) {
+    : messages_(messages),
+      viewpoint_(opened.session->workspaceOptions()),
+      picture_(std::move(opened.picture)),
+      choice_(opened.scene.store->cell_count()) {
+  if (!opened.scene.only.empty()) choice_.isolate(opened.scene.only);
+  choice_.choose(opened.scene.highlighted);
   travel_ = std::make_shared<Travel>(std::move(opened), messages, std::move(callbacks));
-  attributes_ = std::make_unique<AttributeView>(*travel_->scene().store);
+  bookmarks_ = std::make_unique<Bookmarks>(*travel_, messages);
+  attributes_ = std::make_unique<AttributeView>(*travel_->scene().store, travel_->scene().colours);
   cells_ = std::make_shared<CellTable>(*travel_->scene().store, attributes_->attributes());
   contacts_ = std::make_shared<ContactView>(*travel_->scene().store, travel_->finder());
 }
@@ -71,6 +78,13 @@ void OpenScene::countTiles(bool listed, double now_s) {
 }
 
 SceneFrame OpenScene::frame(bool own_cell, Theme theme) {
+  SceneFrame frame = frameOf(own_cell, theme);
+  highlighted_ = frame.cells;
+  hidden_types_ = frame.hidden_types;
+  return frame;
+}
+
+SceneFrame OpenScene::frameOf(bool own_cell, Theme theme) {
   try {
     attributes_->setTheme(theme);
   } catch (const std::exception& error) {
@@ -78,7 +92,14 @@ SceneFrame OpenScene::frame(bool own_cell, Theme theme) {
   }
   SceneFrame frame;
   frame.background = groundOf(theme);
-  frame.cell = chosen_;
+  frame.states = choice_.states();
+  for (std::size_t i = 0; i < types_.size(); ++i)
+    if (!types_[i].chosen) frame.hidden_types |= static_cast<std::uint8_t>(1U << ((i + 1) % types_.size()));
+  travel_->setStates(frame.states);
+  const auto isShown = [this](std::uint32_t cell) { return choice_.stateOf(cell) != CellState::hidden; };
+  const std::vector<std::uint32_t>& chosen = choice_.chosen();
+  if (chosen.size() <= kMostHighlighted && !choice_.isAlone(chosen))
+    std::copy_if(chosen.begin(), chosen.end(), std::back_inserter(frame.cells), isShown);
   frame.camera = camera_;
   frame.cell_colours = attributes_->colours();
   if (now().tick > 0) frame.proxy_W = now().p_W;
@@ -86,7 +107,10 @@ SceneFrame OpenScene::frame(bool own_cell, Theme theme) {
   if (companion_) frame.companion_W = companion_->p_W;
   if (viewpoint_.isOverview()) return frame;
   frame.workspace = &viewpoint_.workspace();
-  if (own_cell && !chosen_ && now().place.valid() && !goesAlong()) frame.cell = now().place.segment.cell;
+  if (own_cell && chosen.empty() && now().place.valid() && !goesAlong()) {
+    const std::uint32_t own = now().place.segment.cell;
+    if (isShown(own) && !choice_.isAlone({&own, 1})) frame.cells = {own};
+  }
   if (now().tick > 0 && now().has_stylus)
     frame.stylus = Stylus{now().h_W, now().rotation_WD * Eigen::Quaterniond(now().stylus_D)};
   frame.junction = travel_->junction();
@@ -101,11 +125,29 @@ bool OpenScene::hasLostNetwork() const {
 void OpenScene::serveAttributes(const PanelRequests& requests) {
   try {
     if (requests.attribute) colourBy(*requests.attribute);
-    if (requests.value) attributes_->toggle(*requests.value, requests.value_alone);
-    if (requests.select_all) attributes_->selectAll();
+    if (requests.value && attributes_->colours() == nullptr) toggleType(*requests.value, requests.value_alone);
+    if (requests.value && attributes_->colours() != nullptr) {
+      attributes_->toggle(*requests.value, requests.value_alone);
+      choice_.isolate(attributes_->selected());
+    }
+    if (requests.select_all) {
+      attributes_->selectAll();
+      choice_.showAll();
+      types_ = legendOfTypes();
+    }
   } catch (const Error& error) {
     messages_.say(error.what());
   }
+}
+
+void OpenScene::toggleType(const std::string& value, bool alone) {
+  std::vector<CellColours::Entry> next = types_;
+  for (CellColours::Entry& type : next)
+    if (alone || type.value == value) type.chosen = alone ? type.value == value : !type.chosen;
+  const auto same = [](const auto& a, const auto& b) { return a.chosen == b.chosen; };
+  const bool again = std::equal(next.begin(), next.end(), types_.begin(), same);
+  const bool none = std::none_of(next.begin(), next.end(), [](const auto& type) { return type.chosen; });
+  types_ = again || none ? legendOfTypes() : std::move(next);
 }
 
 void OpenScene::colourBy(const std::string& name) {
@@ -124,8 +166,8 @@ void OpenScene::servePanels(const OpenPanels& open) {
   cells_->serve();
   contacts_->serve();
   if (now().place.valid() && own_cell_ != now().place.segment.cell) {
-    own_cell_ = now().place.segment.cell;
-    if (chosen_ != own_cell_) chosen_.reset();
+    const bool jumped = std::exchange(own_cell_, now().place.segment.cell).has_value();
+    if (jumped && choice_.chosen().size() == 1 && choice_.chosen().front() != own_cell_) choice_.choose({});
   }
   if (wanted_colours_ == nullptr) return;
   if (auto numbers = cells_->numbersOf(*wanted_colours_)) {
@@ -135,6 +177,43 @@ void OpenScene::servePanels(const OpenPanels& open) {
     wanted_colours_ = nullptr;
     messages_.say(cells_->error().empty() ? "measuring is cancelled" : cells_->error());
   }
+}
+
+void OpenScene::serveBookmarks(const BookmarkRequests& asked, const std::string& folder) {
+  if (asked.set) bookmarks_->set(*asked.set);
+  if (asked.go) bookmarks_->go(*asked.go);
+  if (asked.remove) bookmarks_->remove(*asked.remove);
+  if (asked.undo) bookmarks_->undo();
+  if (asked.paste) bookmarks_->read(*asked.paste);
+  if (asked.save) bookmarks_->save(folder);
+  if (asked.copy)
+    bookmarks_->write([this](const std::string& csv) {
+      copied_ = csv;
+      messages_.say("the bookmarks are copied");
+    });
+}
+
+bool OpenScene::actOnCells(Action action) {
+  std::vector<std::uint32_t> cells = choice_.chosen();
+  if (cells.empty() && now().place.valid()) cells = {now().place.segment.cell};
+  if (action == Action::show_cells) {
+    choice_.showAll();
+    types_ = legendOfTypes();
+  } else if (action == Action::invert_cells) {
+    choice_.invert();
+  } else if (action == Action::isolate_cells || action == Action::hide_cells || action == Action::dim_cells) {
+    if (cells.empty()) return messages_.say("choose a cell first: click it, or n for the table"), true;
+    const bool dimmed = std::all_of(cells.begin(), cells.end(),
+                                    [this](auto cell) { return choice_.stateOf(cell) == CellState::dimmed; });
+    if (action == Action::isolate_cells) choice_.isolate(cells);
+    if (action == Action::hide_cells) choice_.set(cells, CellState::hidden);
+    if (action == Action::dim_cells) choice_.set(cells, dimmed ? CellState::shown : CellState::dimmed);
+    if (action != Action::isolate_cells) choice_.choose({});
+  } else {
+    return false;
+  }
+  messages_.say(choice_.text().empty() ? "all cells are shown" : choice_.text() + " (A: all)");
+  return true;
 }
 
 void OpenScene::findContacts(double within_um) {
@@ -167,7 +246,8 @@ bool OpenScene::selectCells(const std::string& condition, std::string& error) {
 }
 
 bool OpenScene::nextColouring(ColourBy settings) {
-  if (attributes_->attribute().empty() && settings != *std::rbegin(kColourings)) return false;
+  if (attributes_->attribute().empty() && !attributes_->hasTable() && settings != *std::rbegin(kColourings))
+    return false;
   try {
     if (!attributes_->next()) return false;
     messages_.say("coloured by " + attributes_->attribute());
@@ -185,15 +265,26 @@ void OpenScene::draw(const SceneFrame& frame) {
         "this scene has no levels of detail: distant tiles are left out (ingest the set again without --no-levels)");
 }
 
-void OpenScene::fill(PanelData& d, const PictureSize& size) const {
+void OpenScene::fill(PanelData& d, const PictureSize& size, ColourBy colouring) {
   const NavigationSnapshot& s = now();
   d.um_px = camera_.focus_um / pixelsPerRadian(view_.frustum, size);
   d.status.scene = travel_->scene().name;
   d.status.cell = travel_->cellName();
   attributes_->fill(d);
+  if (attributes_->colours() == nullptr) {
+    depths_ = legendOfDepths(picture_->hi_W().y(), picture_->lo_W().y());
+    d.colours.legend = colouring == ColourBy::type     ? &types_
+                       : colouring == ColourBy::depth  ? &depths_
+                       : colouring == ColourBy::radius ? &legendOfRadii()
+                                                       : nullptr;
+    if (d.colours.legend != nullptr) d.colours.kind = toString(colouring);
+    if (colouring == ColourBy::depth || colouring == ColourBy::radius) d.colours.unit = "um";
+    d.colours.selected = std::any_of(types_.begin(), types_.end(), [](const auto& type) { return !type.chosen; });
+  }
   d.cells.table = cells_.get();
   d.contacts = contacts_.get();
-  d.cells.chosen = chosen_;
+  d.cells.choice = &choice_;
+  d.status.neurite = travel_->neurite();
   if (const auto part = cells_->progress(); part && !cells_->isOpen())
     d.status.measuring = format("measuring the cells, %.0f %%", 100 * *part);
   if (travel_->sample()) d.status.place = format("sample %lld, ", static_cast<long long>(*travel_->sample()));
@@ -240,7 +331,7 @@ void OpenScene::describe(nlohmann::ordered_json& json, const PictureSize& size) 
   attributes_->describe(json);
   cells_->describe(json);
   contacts_->describe(json);
-  if (chosen_) json["chosen_cell"] = *chosen_;
+  choice_.describe(json);
   const ScreenPoint proxy = project(view_, now().p_W, size);
   if (proxy.depth_um > 0) json["proxy_px"] = {proxy.x, proxy.y};
   json["overview"] = viewpoint_.isOverview();

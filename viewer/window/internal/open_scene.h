@@ -3,13 +3,17 @@
 #pragma once
 
 #include "viewer/gl/scene_view.h"
+#include "viewer/scene/view_state.h"
 #include "viewer/window/panels/internal/attribute_view.h"
+#include "viewer/window/panels/internal/cell_choice.h"
 #include "viewer/window/panels/internal/cell_table.h"
 #include "viewer/window/panels/internal/contact_view.h"
 #include "viewer/window/panels/internal/tile_census.h"
 #include "viewer/window/panels/panels.h"
 #include "viewer/window/settings/internal/messages.h"
+#include "viewer/window/settings/settings.h"
 #include "viewer/window/travel/companion.h"
+#include "viewer/window/travel/internal/bookmarks.h"
 #include "viewer/window/travel/internal/opening.h"
 #include "viewer/window/travel/internal/travel.h"
 #include "viewer/window/travel/internal/viewpoint.h"
@@ -17,6 +21,8 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include <nlohmann/json_fwd.hpp>
@@ -40,6 +46,8 @@ class OpenScene {
 
   // These say what went wrong, or set `error`.
   void serveAttributes(const PanelRequests& requests);
+  // A click on a value of the legend of types: this one alone, or added or left out; again: all.
+  void toggleType(const std::string& value, bool alone);
   bool selectCells(const std::string& condition, std::string& error);  // false: none
   // The next attribute to colour by. False: the colouring of the settings is the next one. Attributes follow the last.
   bool nextColouring(ColourBy settings);
@@ -49,9 +57,21 @@ class OpenScene {
   // Once a frame, before fill(): opens and closes the panels of cells and contacts, and takes up their work.
   void servePanels(const OpenPanels& open);
   const CellTable& cells() const { return *cells_; }
-  // The cell to highlight instead of the proxy's; nullopt: none. A jump ends it, unless the jump leads to this cell.
-  void choose(std::optional<std::uint32_t> cell) { chosen_ = cell; }
-  std::optional<std::uint32_t> chosen() const { return chosen_; }
+  // Chosen cells are highlighted instead of the proxy's. A jump to another cell ends the choice of a single one.
+  CellChoice& choice() { return choice_; }
+  const CellChoice& choice() const { return choice_; }
+  Bookmarks& bookmarks() { return *bookmarks_; }
+  // Writes what is shown to a new file in the folder, and copies the command that shows it again.
+  void saveView(const Settings& settings, const PictureSize& size, const std::string& folder);
+  // Shows cells, bookmarks, turn and overview of the view. Names that the scene does not have are counted.
+  void show(const ViewState& view);
+  // The text that was to be copied since the last call; empty: none.
+  std::string takeCopied() { return std::exchange(copied_, {}); }
+  // `folder`: for tables.
+  void serveBookmarks(const BookmarkRequests& asked, const std::string& folder);
+  // Isolates, hides, dims, inverts or shows cells: the chosen ones, else the proxy's. False: the action is none of
+  // these.
+  bool actOnCells(Action action);
   // Those of the proxy's cell. These two say why they cannot do it.
   void findContacts(double within_um);
   void jumpAcross(std::optional<std::size_t> site = {});  // none: the site nearest to the proxy
@@ -76,8 +96,8 @@ class OpenScene {
   // Draws the frame, and says once if tiles are left out because the scene has no levels.
   void draw(const SceneFrame& frame);
 
-  // Sets the fields of the panels and of the state that are of the scene.
-  void fill(PanelData& data, const PictureSize& size) const;
+  // Sets the fields of the panels and of the state that are of the scene. `colouring`: of the settings.
+  void fill(PanelData& data, const PictureSize& size, ColourBy colouring);
   void describe(nlohmann::ordered_json& state, const PictureSize& size) const;
 
   // Returns the work that ends the session and the loading thread; it may wait for the disk or the device, and may run
@@ -85,15 +105,22 @@ class OpenScene {
   std::function<void()> end();
 
  private:
+  SceneFrame frameOf(bool own_cell, Theme theme);
   Messages& messages_;
   std::shared_ptr<Travel> travel_;
   Viewpoint viewpoint_;
   std::unique_ptr<AttributeView> attributes_;
-  std::unique_ptr<SceneView> picture_;              // destroyed before travel_, which owns the tiles
-  std::shared_ptr<CellTable> cells_;                // likewise
-  std::shared_ptr<ContactView> contacts_;           // likewise
-  std::optional<std::uint32_t> chosen_, own_cell_;  // own: the proxy's
-  const Feature* wanted_colours_ = nullptr;         // as soon as they are measured
+  std::unique_ptr<SceneView> picture_;     // destroyed before travel_, which owns the tiles
+  std::shared_ptr<CellTable> cells_;       // likewise
+  std::shared_ptr<ContactView> contacts_;  // likewise
+  std::unique_ptr<Bookmarks> bookmarks_;   // likewise
+  std::string copied_;
+  CellChoice choice_;
+  std::vector<CellColours::Entry> types_ = legendOfTypes(), depths_;  // legends; types that are not chosen are hidden
+  std::optional<std::uint32_t> own_cell_;                             // the proxy's
+  std::vector<std::uint32_t> highlighted_;                            // in the last frame
+  std::uint8_t hidden_types_ = 0;                                     // likewise
+  const Feature* wanted_colours_ = nullptr;                           // as soon as they are measured
   std::optional<Companion> companion_;
   Camera camera_;
   EyeView view_;

@@ -12,13 +12,14 @@ namespace filiform::internal {
 
 void wantTexts(Window& window, const PanelData& data, const OpenScene& scene, const WindowActions& actions) {
   using Text = const std::string*;
-  for (const Text text : std::initializer_list<Text>{&data.status.scene, &data.status.cell, &data.status.device,
-                                                     &data.lines.hint, &data.tooltip.text, &data.colours.selection,
-                                                     &actions.search.text, &actions.search.error})
+  for (const Text text : std::initializer_list<Text>{
+           &data.status.scene, &data.status.cell, &data.status.device, &data.lines.hint, &data.tooltip.text,
+           &data.colours.selection, &actions.search.text, &actions.search.error, &actions.panels.menu.title})
     window.want(*text);
   using Texts = const std::vector<std::string>*;
-  for (const Texts texts : std::initializer_list<Texts>{&data.lines.messages, &data.colours.attributes,
-                                                        &actions.search.names, &scene.tiles().failures})
+  for (const Texts texts :
+       std::initializer_list<Texts>{&data.lines.messages, &data.colours.attributes, &data.map.bookmark_names,
+                                    &actions.search.names, &scene.tiles().failures})
     for (const std::string& text : *texts) window.want(text);
   if (data.colours.legend != nullptr)
     for (const CellColours::Entry& entry : *data.colours.legend) window.want(entry.value);

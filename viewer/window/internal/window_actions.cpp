@@ -1,7 +1,9 @@
 #include "viewer/window/internal/window_actions.h"
 
+#include "index/text.h"
 #include "viewer/scene/pointer.h"
 #include "viewer/window/settings/internal/setting_actions.h"
+#include "viewer/window/settings/internal/text_format.h"
 
 #include <cmath>
 #include <string>
@@ -12,8 +14,9 @@
 namespace filiform::internal {
 namespace {
 
-constexpr double kTurn_rad = 0.1;                                         // by one press of a key
-constexpr double kDoubleClick_px = 6, kOnProxy_px = 16, kTooltip_px = 5;  // times the scale of letters
+constexpr double kTurn_rad = 0.1;                                                        // by one press of a key
+constexpr double kDoubleClick_px = 6, kOnProxy_px = 16, kTooltip_px = 5, kClick_px = 4;  // times the scale
+constexpr double kClick_s = 0.25;  // a press that lasts longer is none
 
 }  // namespace
 
@@ -25,7 +28,7 @@ void WindowActions::enter(OpenScene* scene) {
 
 void WindowActions::handle(const InputEvent& event) {
   input_.point(event);
-  if (event.kind == InputEvent::Kind::drop) return open_(event.paths);
+  if (event.kind == InputEvent::Kind::drop) return take(event.paths);
   if (event.kind == InputEvent::Kind::key) return press(event.key, event.repeated);
   if (event.kind == InputEvent::Kind::key_up) return input_.release(event.key);
   if (!scene_) return;
@@ -33,7 +36,7 @@ void WindowActions::handle(const InputEvent& event) {
     case InputEvent::Kind::button:
       return pressButton(event);
     case InputEvent::Kind::button_up:
-      input_.drag(Action::none);
+      releaseButton(event);
       break;
     case InputEvent::Kind::move:
       return moved();
@@ -48,12 +51,79 @@ void WindowActions::handle(const InputEvent& event) {
   }
 }
 
+// A table of bookmarks, or a scene.
+void WindowActions::take(const std::vector<std::string>& paths) {
+  if (paths.size() != 1 || !endsWithNoCase(paths.front(), ".csv")) return open_(paths);
+  if (scene_)
+    scene_->bookmarks().readFile(paths.front());
+  else
+    messages_.say("open a scene first; then drop the bookmarks");
+}
+
 void WindowActions::pressButton(const InputEvent& event) {
+  panels.menu.open = may_click_ = false;
+  awaiting_pull_ = Action::none;
   if (input_.press(event, kDoubleClick_px * window_.scale()))
     return scene_->travel().goAlong(
         pickRay(scene_->view(), event.x, event.y, window_.size(), kDoubleClick_px * window_.scale()));
-  input_.drag(dragOf(event));
+  may_click_ = event.button <= 1;
+  pressed_ = event;
+  const Action drag = dragOf(event);
+  if (event.button == 1)
+    awaiting_pull_ = drag;
+  else
+    input_.drag(drag);
   scene_->travel().stopHand();
+}
+
+void WindowActions::releaseButton(const InputEvent& event) {
+  input_.drag(Action::none);
+  awaiting_pull_ = Action::none;
+  if (!std::exchange(may_click_, false) || event.button != pressed_.button) return;
+  if (event.button == 1) return openMenu(pressed_);
+  chooseAt(pressed_);
+}
+
+void WindowActions::pull(double now_s) {
+  if (now_s - pressed_.time_s < kClick_s) return;
+  may_click_ = false;
+  if (awaiting_pull_ != Action::none) input_.drag(std::exchange(awaiting_pull_, Action::none));
+}
+
+void WindowActions::chooseAt(const InputEvent& event) {
+  const RayQuery ray = pickRay(scene_->view(), event.x, event.y, window_.size(), kTooltip_px * window_.scale());
+  scene_->travel().lookAlong(ray, false, [this, modifiers = event.modifiers](const auto& seen) {
+    CellChoice& choice = scene_->choice();
+    if (!seen) {
+      if (modifiers == 0) choice.choose({});
+      return;
+    }
+    const std::uint32_t cell = seen->place.segment.cell;
+    if ((modifiers & Key::kControl) != 0 || ((modifiers & Key::kShift) != 0 && !choice.isChosen(cell)))
+      choice.toggle(cell);
+    else if (modifiers == 0)
+      choice.choose({&cell, 1});
+    if (choice.isChosen(cell)) messages_.say(nameText(*seen) + (seen->kind.empty() ? "" : ": " + seen->kind));
+  });
+}
+
+void WindowActions::openMenu(const InputEvent& event) {
+  const RayQuery ray = pickRay(scene_->view(), event.x, event.y, window_.size(), kTooltip_px * window_.scale());
+  scene_->travel().lookAlong(ray, true, [this, event](const auto& seen) {
+    if (!seen) return messages_.say("no neurite under the pointer");
+    const std::uint32_t cell = seen->place.segment.cell;
+    if (!scene_->choice().isChosen(cell)) scene_->choice().choose({&cell, 1});
+    std::string text = seen->kind;
+    text += seen->radius_um > 0 ? format("\nradius %.3g \u00b5m", seen->radius_um) : std::string("\nradius not known");
+    text += "\n" + placeText(*seen);
+    panels.menu = {.open = true,
+                   .x = event.x / window_.pixelsPerPoint(),
+                   .y = event.y / window_.pixelsPerPoint(),
+                   .title = nameText(*seen),
+                   .text = text,
+                   .copied = nameText(*seen) + "\t" + placeText(*seen),
+                   .place = seen->place};
+  });
 }
 
 Action WindowActions::dragOf(const InputEvent& event) {
@@ -68,6 +138,8 @@ Action WindowActions::dragOf(const InputEvent& event) {
 
 void WindowActions::moved() {
   tooltip_.pointerMoved(window_.now_s());
+  if (may_click_ && std::hypot(input_.x() - pressed_.x, input_.y() - pressed_.y) > kClick_px * window_.scale())
+    pull(INFINITY);
   const HandInput::Step step = input_.step(window_.size());
   if (input_.dragged() == Action::rotate) scene_->turn(turnOf(step.dx_px, step.dy_px, window_.size()));
   if (input_.dragged() == Action::pan) scene_->viewpoint().pan(step.dx_px, step.dy_px, window_.size());
@@ -80,11 +152,11 @@ void WindowActions::press(const Key& key, bool repeated) {
     const Action what = std::exchange(awaiting_letter_, Action::none);
     if (!scene_ || key.code <= ' ' || key.code >= 0x7F || key.modifiers != 0) return;
     const std::string name(1, static_cast<char>(key.code));
-    if (what == Action::set_bookmark) return scene_->travel().setBookmark(name);
-    return scene_->travel().goToBookmark(name);
+    if (what == Action::set_bookmark) return scene_->bookmarks().set(name);
+    return scene_->bookmarks().go(name);
   }
-  if (key.code == Key::kEnter && panels.cells.open && scene_ && scene_->chosen())
-    return scene_->travel().goToCell(*scene_->chosen());
+  if (key.code == Key::kEnter && panels.cells.open && scene_ && scene_->choice().last() != UINT32_MAX)
+    return scene_->travel().goToCell(scene_->choice().last());
   const Action action = actionOf(key, repeated);
   if (action != Action::none) act(action);
 }
@@ -99,11 +171,17 @@ void WindowActions::act(Action action) {
     case Action::help:
       panels.help = !panels.help;
       return;
+    case Action::commands:
+      panels.commands = {.open = !panels.commands.open, .focus = !panels.commands.open, .text = {}};
+      return;
     case Action::panel_settings:
       panels.settings = !panels.settings;
       return;
     case Action::panel_cells:
       panels.cells.open = panels.cells.focus = scene_ != nullptr && !panels.cells.open;
+      return;
+    case Action::panel_bookmarks:
+      panels.bookmarks.open = panels.bookmarks.focus = scene_ != nullptr && !panels.bookmarks.open;
       return;
     case Action::panel_contacts:
       panels.contacts.open = scene_ != nullptr && !panels.contacts.open;
@@ -117,6 +195,9 @@ void WindowActions::act(Action action) {
       return;
     case Action::close:
       closeTop();
+      return;
+    case Action::save_view:
+      view_wanted_ = scene_ != nullptr;
       return;
     case Action::window_picture:
       window_picture_wanted_ = true;
@@ -175,18 +256,26 @@ void WindowActions::actInScene(Action action) {
       picture_wanted_ = 3;
       return;
     default:
+      panels.menu.open = false;
+      if (scene_->actOnCells(action)) return;
       if (action == Action::centre) scene_->viewpoint().centre();
       scene_->travel().act(action);
   }
 }
 
 void WindowActions::closeTop() {
-  if (panels.help)
+  if (panels.menu.open)
+    panels.menu.open = false;
+  else if (panels.commands.open)
+    panels.commands.open = false;
+  else if (panels.help)
     panels.help = false;
   else if (panels.search)
     panels.search = false;
   else if (panels.settings)
     panels.settings = false;
+  else if (panels.bookmarks.open)
+    panels.bookmarks.open = false;
   else if (panels.cells.open)
     panels.cells.open = false;
   else if (panels.contacts.open)
@@ -194,7 +283,7 @@ void WindowActions::closeTop() {
   else if (screenshots_.isDrawing())
     screenshots_.cancel();
   else if (scene_) {
-    scene_->choose(std::nullopt);
+    scene_->choice().choose({});
     scene_->travel().stopHand();
   }
 }
@@ -225,7 +314,9 @@ void WindowActions::findNames() {
 }
 
 void WindowActions::lookUnderPointer(double now_s) {
-  if (panels.help || panels.search || panels.settings || input_.isDragging() || window_.pointerOnPanel())
+  if (may_click_) pull(now_s);
+  if (panels.menu.open || panels.help || panels.search || panels.settings || input_.isDragging() ||
+      window_.pointerOnPanel())
     return tooltip_.clear();
   if (!tooltip_.isDue(now_s) || !scene_->travel().isIdle()) return;
   tooltip_.lookUp(scene_->travel(),
@@ -249,8 +340,12 @@ void WindowActions::fill(PanelData& d) const {
 
 void WindowActions::describe(nlohmann::ordered_json& json) const {
   json["help"] = panels.help;
+  json["neurite_menu"] = panels.menu.open ? panels.menu.title + "\n" + panels.menu.text : "";
   json["force_panel"] = showsForce();
   json["search"] = panels.search;
+  json["commands"] = panels.commands.open ? panels.commands.text : "";
+  json["commands_open"] = panels.commands.open;
+  json["bookmarks_panel"] = panels.bookmarks.open;
   json["search_text"] = search.text;
   json["search_error"] = search.error;
   json["frozen"] = frozen_;

@@ -38,7 +38,9 @@ class WindowActions {
   // Events act on this scene from now on; nullptr: there is none.
   void enter(OpenScene* scene);
   void handle(const InputEvent& event);
-  // Looks up the neurite under a pointer that rests. Requires a scene.
+  void act(Action action);
+  // Once a frame: looks up the neurite under a pointer that rests; begins a pull by a button that is held. Requires a
+  // scene.
   void lookUnderPointer(double now_s);
   // Looks up names for the text of `search`. Requires a scene, which calls back before this object ends.
   void findNames();
@@ -48,7 +50,9 @@ class WindowActions {
 
   OpenPanels panels;
   // A field of a panel is to get the keyboard.
-  bool wantsKeyboard() const { return search.focus || panels.cells.focus; }
+  bool wantsKeyboard() const {
+    return search.focus || panels.commands.focus || panels.cells.focus || panels.bookmarks.focus;
+  }
   SearchPanel search;
 
   const HandInput& input() const { return input_; }
@@ -57,6 +61,7 @@ class WindowActions {
   // What was asked for since the last call: a picture so many times as large as the window, 0: none; a picture of the
   // window with its panels.
   int takePicture() { return std::exchange(picture_wanted_, 0); }
+  bool takeView() { return std::exchange(view_wanted_, false); }  // the view as a file
   bool takeWindowPicture() { return std::exchange(window_picture_wanted_, false); }
 
   // Adds tooltip and hint.
@@ -64,11 +69,15 @@ class WindowActions {
   void describe(nlohmann::ordered_json& state) const;
 
  private:
+  void take(const std::vector<std::string>& paths);
   void pressButton(const InputEvent& event);
   Action dragOf(const InputEvent& event);
   void moved();
+  void releaseButton(const InputEvent& event);
+  void pull(double now_s);
+  void chooseAt(const InputEvent& event);
+  void openMenu(const InputEvent& event);
   void press(const Key& key, bool repeated);
-  void act(Action action);
   void actInScene(Action action);
   void closeTop();
   void quit();
@@ -86,7 +95,11 @@ class WindowActions {
   HandInput input_;
   Tooltip tooltip_;
   Action awaiting_letter_ = Action::none;
-  bool quitting_ = false, asked_to_quit_ = false, frozen_ = false, window_picture_wanted_ = false;
+  // Of a button that is held: a press that neither moves nor lasts is a click. A pull waits for either.
+  bool may_click_ = false;
+  Action awaiting_pull_ = Action::none;
+  InputEvent pressed_;
+  bool quitting_ = false, asked_to_quit_ = false, frozen_ = false, window_picture_wanted_ = false, view_wanted_ = false;
   int picture_wanted_ = 0;
   std::uint64_t acted_ = 0, key_repeats_ = 0;
   std::string last_action_;

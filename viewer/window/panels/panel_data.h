@@ -2,9 +2,11 @@
 #pragma once
 
 #include "index/streaming/residency.h"
+#include "solver/proxy/proxy_solver.h"
 #include "viewer/scene/camera.h"
 #include "viewer/scene/cell_colours.h"
 #include "viewer/scene/stereo.h"
+#include "viewer/window/settings/bindings.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -15,6 +17,7 @@
 namespace filiform {
 
 namespace internal {
+class CellChoice;
 class CellTable;
 class ContactView;
 }  // namespace internal
@@ -31,10 +34,36 @@ struct ContactPanel {
   std::vector<std::uint32_t> seen;  // as above
 };
 
+struct BookmarkPanel {
+  bool open = false;
+  bool focus = false;     // give the field the keyboard in the next frame
+  bool can_save = false;  // there is a folder for tables
+  std::string name;       // of a new one
+};
+
+struct CommandPanel {
+  bool open = false;
+  bool focus = false;  // give the field the keyboard in the next frame
+  std::string text;
+  int at = 0;  // of the list: what Enter does
+};
+
+// Beside a neurite that was clicked.
+struct NeuriteMenu {
+  bool open = false;
+  double x = 0, y = 0;      // points
+  std::string title, text;  // the cell's name; what is known of the place, lines
+  std::string copied;       // what "copy" copies
+  ProxyPlace place;
+};
+
 struct OpenPanels {
   bool help = false, search = false, settings = false;
+  NeuriteMenu menu;
   CellPanel cells;
   ContactPanel contacts;
+  BookmarkPanel bookmarks;
+  CommandPanel commands;
 };
 
 struct SearchPanel {
@@ -60,7 +89,7 @@ struct TilePanel {
 };
 
 struct StatusPanel {
-  std::string scene, cell, place, device, mode, stereo, measure;
+  std::string scene, cell, neurite, place, device, mode, stereo, measure;
   std::string measuring;  // text about measures for colours; empty: none
   std::uint64_t segments = 0, left_out = 0, pending = 0;
   std::uint64_t unreadable = 0;  // tiles whose last read failed
@@ -94,10 +123,11 @@ struct MapPanel {
   std::vector<std::string> bookmark_names;
 };
 
-// Attributes: none without attributes of cells. Legend: of the attribute or types that give the colours.
+// Attributes: none without attributes of cells. Legend: of the attribute, types, depths or radii that give the colours.
 struct ColourPanel {
   std::vector<std::string> attributes;
-  std::string attribute, selection;                         // selection: the condition that selects cells
+  std::string attribute, kind, selection;                   // kind: of a legend without attribute; selection: the
+                                                            // condition that selects cells
   const std::vector<CellColours::Entry>* legend = nullptr;  // nullptr: none
   std::string unit;                                         // of the legend
   Rgba unchosen;                                            // of cells that are not selected
@@ -105,8 +135,8 @@ struct ColourPanel {
 };
 
 struct CellView {
-  internal::CellTable* table = nullptr;  // nullptr: there is no panel of cells
-  std::optional<std::uint32_t> chosen;
+  internal::CellTable* table = nullptr;          // nullptr: there is no panel of cells
+  const internal::CellChoice* choice = nullptr;  // as `table`
 };
 
 struct PicturePanel {
@@ -142,11 +172,22 @@ struct PanelData {
   TextLines lines;
 };
 
+struct BookmarkRequests {
+  std::optional<std::string> set, go, remove;  // names
+  std::optional<std::string> paste;            // a table
+  bool undo = false, copy = false, save = false;
+};
+
 struct PanelRequests {
+  BookmarkRequests bookmarks;
   std::optional<std::string> go;                // the text that was entered, or the name that was chosen
   std::optional<std::string> attribute, value;  // to colour by; a value of the legend that was clicked
   bool value_alone = true, select_all = false;
-  std::optional<std::uint32_t> choose_cell, go_to_cell;
+  std::optional<std::vector<std::uint32_t>> choose_cells;  // alone
+  std::optional<std::uint32_t> toggle_cell, go_to_cell;
+  Action act = Action::none;  // that was chosen from a panel
+  std::optional<ProxyPlace> go_to_place;
+  std::optional<std::string> copy;
   bool find_contacts = false;              // of the proxy's cell
   std::optional<std::size_t> jump_across;  // a contact, by its place in the list
   std::optional<Vector3d> go_to_W;         // the place that was clicked on the minimap

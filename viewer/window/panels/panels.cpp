@@ -3,9 +3,12 @@
 #include "index/count_text.h"
 #include "viewer/scene/minimap.h"
 #include "viewer/window/panels/internal/attribute_panel.h"
+#include "viewer/window/panels/internal/bookmark_panel.h"
 #include "viewer/window/panels/internal/cell_panel.h"
+#include "viewer/window/panels/internal/command_panel.h"
 #include "viewer/window/panels/internal/contact_panel.h"
 #include "viewer/window/panels/internal/help_panel.h"
+#include "viewer/window/panels/internal/neurite_menu.h"
 #include "viewer/window/panels/internal/panel_parts.h"
 #include "viewer/window/panels/internal/tile_panel.h"
 #include "viewer/window/settings/internal/text_format.h"
@@ -57,6 +60,7 @@ void drawStatus(const PanelData& d, bool beside_force) {
     showFitted(value, width - (kStatusColumn - 8) * d.scale, d.scale);
   };
   row("cell", d.status.cell);
+  row("neurite", d.status.neurite);
   row("place", d.status.place);
   row("hand", d.force.shown                    ? d.status.device + ", " + d.status.mode
               : d.status.mode == "constrained" ? std::string()
@@ -373,9 +377,12 @@ PanelRequests drawPanels(const PanelData& d, const TilePanel& tiles, OpenPanels&
   internal::drawAttributes(d, requests);
   if (open.cells.open && d.cells.table != nullptr) internal::drawCells(d, open.cells, requests);
   if (open.contacts.open && d.contacts != nullptr) internal::drawContacts(d, open.contacts, requests);
+  if (open.bookmarks.open) internal::drawBookmarks(d, open.bookmarks, requests);
   if (open.settings) drawSettings(d, open.settings, settings, requests);
   if (open.help) internal::drawHelp(d, open.help);
+  if (open.menu.open) internal::drawNeuriteMenu(d, open.menu, requests);
   // Last: a window that appears takes the keyboard from those before.
+  if (open.commands.open) internal::drawCommands(d, open.commands, requests);
   if (open.search) drawSearch(d, open.search, search, requests);
   // Centred in the window, if minimap and scale bar leave enough room.
   room.left = std::max(room.left, d.size.width - room.right) + 20 * d.scale;

@@ -54,17 +54,27 @@ enum class Action : std::uint8_t {
   measure,
   jump_across,
   simulated_hand,
+  neurite_tip,
+  // cells
+  isolate_cells,
+  hide_cells,
+  dim_cells,
+  invert_cells,
+  show_cells,
   // the window
   help,
+  commands,
   panel_tiles,
   panel_force,
   panel_minimap,
   panel_settings,
   panel_cells,
   panel_contacts,
+  panel_bookmarks,
   screenshot,
   screenshot_large,
   window_picture,
+  save_view,
   close,
   quit,
   // mouse only
@@ -75,6 +85,8 @@ enum class Action : std::uint8_t {
   jump,
   wheel_zoom,
   wheel_separation,
+  choose_cell,
+  neurite_menu,
 };
 
 // A key: the character that it types, or a special key that types none.

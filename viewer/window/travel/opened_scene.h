@@ -5,10 +5,13 @@
 #include "index/levels/levels.h"
 #include "index/set/tile_set.h"
 #include "index/set/tile_store.h"
+#include "viewer/scene/cell_colours.h"
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 namespace filiform {
 
@@ -20,6 +23,9 @@ struct OpenedScene {
   bool in_memory = false;
   std::string name;      // for the user
   std::string revision;  // of a tile set; empty: of none
+  // Cells that alone are shown at first, and chosen ones; ascending; empty: all, and none.
+  std::vector<std::uint32_t> only, highlighted;
+  std::shared_ptr<const CellColours> colours;  // at first; nullptr: as the settings say
 
   // The scene becomes this set: sets `store`, `open_levels`, `network` and `revision`. From far away, opening the
   // levels of a set that has none reads its whole directory instead: a picture then needs all of it, and must not wait.

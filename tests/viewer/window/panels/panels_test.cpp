@@ -7,7 +7,9 @@
 #include "tests/support/temp_folder.h"
 #include "viewer/window/internal/letters.h"
 #include "viewer/window/internal/system_fonts.h"
+#include "viewer/window/panels/internal/cell_choice.h"
 #include "viewer/window/panels/internal/cell_table.h"
+#include "viewer/window/panels/internal/command_panel.h"
 
 #include <algorithm>
 #include <chrono>
@@ -233,7 +235,9 @@ TEST_F(Panels, TheTableOfCellsWritesOnlyTheRowsInView) {
   const auto nothing = test::storeOf({});
   const ManyCells many(*nothing);
   internal::CellTable table(many, nullptr);
+  internal::CellChoice choice(many.cell_count());
   data_.cells.table = &table;
+  data_.cells.choice = &choice;
   open_.cells.open = true;
   table.open();
   draw({1000, 700});
@@ -248,7 +252,48 @@ TEST_F(Panels, TheTableOfCellsWritesOnlyTheRowsInView) {
     EXPECT_GT(lettersIn("cells"), 100) << size.width;
     EXPECT_LT(lettersIn("cells"), 200 * 60) << "names are cut where the column ends";
   }
-  EXPECT_FALSE(requests_.choose_cell);
+  EXPECT_FALSE(requests_.choose_cells);
+  EXPECT_EQ(requests_.act, Action::none);
+}
+
+// All that a press of a key does can be found by its words.
+TEST_F(Panels, TheCommandsHaveEveryActionOfAKey) {
+  std::size_t keys = 0;
+  for (const Binding& binding : bindings()) {
+    if (binding.first.code == Key::kNone || binding.held == Held::pushes || binding.action == Action::commands)
+      continue;
+    ++keys;
+    const std::vector<const Binding*> found = internal::commandsFor(binding.what);
+    ASSERT_FALSE(found.empty()) << binding.what;
+    EXPECT_NE(std::find(found.begin(), found.end(), &binding), found.end()) << binding.what;
+  }
+  EXPECT_EQ(internal::commandsFor("").size(), keys);
+  ASSERT_EQ(internal::commandsFor("HIDE chosen").size(), 1u);
+  EXPECT_EQ(internal::commandsFor("HIDE chosen").front()->action, Action::hide_cells);
+  EXPECT_TRUE(internal::commandsFor("ide").empty()) << "words begin so";
+  EXPECT_TRUE(internal::commandsFor(std::string(60'000, 'x')).empty());
+  draw({1000, 700});
+  EXPECT_EQ(listOf("commands"), nullptr);
+  open_.commands.open = open_.commands.focus = true;
+  for (const PictureSize& size : {PictureSize{1000, 700}, {300, 200}}) {
+    draw(size);
+    EXPECT_GT(lettersIn("commands") + listOf("commands")->VtxBuffer.Size, 10);
+    EXPECT_EQ(requests_.act, Action::none);
+  }
+}
+
+TEST_F(Panels, BookmarksAreListedAndAMenuStaysInTheWindow) {
+  data_.map.bookmark_names = {"a", std::string(300, 'w'), "##c"};
+  data_.map.bookmarks_W.assign(3, Vector3d(1, 2, 3));
+  open_.bookmarks.open = true;
+  draw({1000, 700});
+  EXPECT_GT(lettersIn("bookmarks"), 20);
+  open_.menu = {
+      .open = true, .x = 990, .y = 690, .title = std::string(300, 'w'), .text = "axon", .copied = {}, .place = {}};
+  draw({1000, 700});
+  EXPECT_GT(lettersIn("neurite"), 60);
+  EXPECT_LT(written("neurite").right, 1000);
+  EXPECT_TRUE(open_.menu.open);
 }
 
 TEST_F(Panels, APictureThatIsDrawnTellsHowFarItIsAndOneThatIsWrittenCannotBeCancelled) {

@@ -7,6 +7,7 @@
 #include "tests/support/scenes/counting_store.h"
 #include "tests/support/scenes/random_cells.h"
 #include "tests/support/temp_folder.h"
+#include "viewer/window/travel/internal/bookmarks.h"
 #include "viewer/window/travel/internal/started_session.h"
 
 #include <algorithm>
@@ -166,7 +167,7 @@ TEST_F(Travels, PlacesAreSavedBesideTheFrames) {
     for (int i = 0; i < 5000 && !over; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     disk_->silent = false;
   });
-  travel_->setBookmark("a");
+  Bookmarks(*travel_, messages_).set("a");
   for (const std::uint64_t tick = travel_->now().tick; travel_->now().tick < tick + 20;) travel_->serve();
   EXPECT_TRUE(disk_->silent);
   over = true;
@@ -180,11 +181,48 @@ TEST_F(Travels, PlacesAreSavedBesideTheFrames) {
 
 TEST_F(Travels, TheEndSavesPlacesOrTellsWhyNot) {
   ASSERT_TRUE(comesTo(name_));
-  travel_->setBookmark("a");
+  Bookmarks(*travel_, messages_).set("a");
   travel_->finish();
   EXPECT_EQ(savedBookmarks(), std::vector<std::string>{"a"});
   EXPECT_EQ(SavedHistory(travel_->store(), places_).history().places().size(), 1u);
   travel_->finish();
+}
+
+TEST_F(Travels, BookmarksAreDeletedUndoneAndComeBackFromATable) {
+  ASSERT_TRUE(comesTo(name_));
+  Bookmarks bookmarks(*travel_, messages_);
+  const auto names = [&] { return travel_->history().bookmarks(); };
+  const auto rest = [&] {
+    for (int i = 0; i < 30'000 && !travel_->isIdle(); ++i) {
+      travel_->serve();
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+  };
+  bookmarks.set("first bouton");
+  bookmarks.set("b");
+  const ProxyPlace place = *travel_->history().bookmark("b");
+  std::string csv;
+  bookmarks.write([&](std::string text) { csv = std::move(text); });
+  rest();
+  EXPECT_NE(csv.find("first bouton," + travel_->cellName()), std::string::npos) << csv;
+  bookmarks.remove("b");
+  EXPECT_EQ(names(), std::vector<std::string>{"first bouton"});
+  bookmarks.undo();
+  EXPECT_EQ(names(), (std::vector<std::string>{"b", "first bouton"}));
+  bookmarks.remove("b");
+  bookmarks.remove("first bouton");
+  bookmarks.read(csv);
+  rest();
+  EXPECT_EQ(names(), (std::vector<std::string>{"b", "first bouton"}));
+  EXPECT_LT((travel_->history().bookmark("b")->p_W - place.p_W).norm(), 1e-3);
+  bookmarks.undo();
+  EXPECT_TRUE(names().empty()) << "reading a table is one change";
+  bookmarks.read("no table");
+  rest();
+  EXPECT_NE(messages_.last().find("no column name"), std::string::npos) << messages_.last();
+  for (int i = 0; i < 5; ++i) bookmarks.undo();
+  EXPECT_TRUE(names().empty());
+  EXPECT_FALSE(bookmarks.canUndo());
 }
 
 TEST_F(Travels, TheEndTellsWhereItCannotSave) {

@@ -119,7 +119,7 @@ void measureMotion(const std::string& path, const BenchOptions& options, const S
     Workspace workspace({.zoom_um = 300});
     workspace.place(start.p_W, workspace.centre_D());
     if (std::string(name) != "overview, turning") {
-      frame.cell = start.segment.cell;
+      frame.cells = {start.segment.cell};
       frame.proxy_W = start.p_W;
     }
     double most_ms = 0, answer_ms = 0, shaded_px = 0;

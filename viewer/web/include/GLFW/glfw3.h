@@ -21,6 +21,8 @@ void setContentScaleCallback(GLFWwindow* window, void (*called)(GLFWwindow*, flo
 // emscripten's callback gets pixels downwards. Here the page tells of notches, see scroll().
 void setScrollCallback(GLFWwindow* window, void (*called)(GLFWwindow*, double, double));
 void scroll(double notches);  // upwards; may be a fraction
+// The browser may refuse it, for example without a click or key before.
+void setClipboardString(GLFWwindow* window, const char* text);
 // Returns at once: a page has its own loop.
 void waitEventsTimeout(double wait_s);
 
@@ -34,4 +36,5 @@ void waitEventsTimeout(double wait_s);
 #define glfwGetVideoMode filiform::web::videoMode
 #define glfwSetWindowContentScaleCallback filiform::web::setContentScaleCallback
 #define glfwSetScrollCallback filiform::web::setScrollCallback
+#define glfwSetClipboardString filiform::web::setClipboardString
 #define glfwWaitEventsTimeout filiform::web::waitEventsTimeout

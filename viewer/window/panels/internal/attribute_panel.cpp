@@ -24,7 +24,7 @@ void drawAttributes(const PanelData& d, PanelRequests& requests) {
   if (has_attributes)
     writeIn(dim(), "colour by attribute");
   else
-    showFitted("coloured by " + (d.colours.attribute.empty() ? "type" : d.colours.attribute), width, d.scale);
+    showFitted("coloured by " + (d.colours.attribute.empty() ? d.colours.kind : d.colours.attribute), width, d.scale);
   ImGui::SetNextItemWidth(-1);
   const std::string current =
       d.colours.attribute.empty() ? "(none)" : fitted(d.colours.attribute, static_cast<float>(width * 0.8));
@@ -42,14 +42,15 @@ void drawAttributes(const PanelData& d, PanelRequests& requests) {
   }
   if (!d.colours.unit.empty()) writeIn(dim(), "in " + unitText(d.colours.unit));
   if (!d.colours.selection.empty()) showFitted(d.colours.selection, width, d.scale);
-  if (d.colours.selected && ImGui::SmallButton("select all")) requests.select_all = true;
+  if (d.colours.selected && ImGui::SmallButton("show all")) requests.select_all = true;
   if (d.colours.legend != nullptr) {
     const float line = ImGui::GetTextLineHeight();
     for (std::size_t i = 0; i < d.colours.legend->size(); ++i) {
       const CellColours::Entry& entry = (*d.colours.legend)[i];
       ImGui::PushID(static_cast<int>(1000 + i));
       const ImVec2 at = ImGui::GetCursorScreenPos();
-      if (ImGui::Selectable("##value", d.colours.selected && entry.chosen, 0, ImVec2(0, line))) {
+      const bool acts = !d.colours.attribute.empty() || d.colours.kind == toString(ColourBy::type);
+      if (ImGui::Selectable("##value", acts && d.colours.selected && entry.chosen, 0, ImVec2(0, line)) && acts) {
         requests.value = entry.value;
         requests.value_alone = !ImGui::GetIO().KeyCtrl;
       }

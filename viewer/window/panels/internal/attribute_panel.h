@@ -6,7 +6,7 @@
 
 namespace filiform::internal {
 
-// Draws nothing for a scene without attributes. A click on a value of the legend selects it alone; with Ctrl, it is
+// Draws nothing for a scene without attributes. A click on a value of the legend shows it alone; with Ctrl, it is
 // added or removed.
 void drawAttributes(const PanelData& data, PanelRequests& requests);
 

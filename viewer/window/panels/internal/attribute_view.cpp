@@ -9,14 +9,15 @@
 
 namespace filiform::internal {
 
-AttributeView::AttributeView(const TileStore& store) : store_(store), set_(dynamic_cast<const TileSet*>(&store)) {
+AttributeView::AttributeView(const TileStore& store, std::shared_ptr<const CellColours> table)
+    : store_(store), set_(dynamic_cast<const TileSet*>(&store)), table_(std::move(table)), colours_(table_) {
   if (set_ != nullptr) attributes_ = std::make_shared<CellAttributes>(*set_);
 }
 
 void AttributeView::make() {
   const bool plain = attribute_.empty() && !selection_.only;
   colours_ = numbers_                   ? coloursByNumbers(store_, *numbers_, selection_)
-             : plain || set_ == nullptr ? nullptr
+             : plain || set_ == nullptr ? table_
                                         : coloursByAttribute(*set_, *attributes_, attribute_, selection_);
 }
 
@@ -46,6 +47,7 @@ void AttributeView::colourBy(CellValues numbers) {
 }
 
 bool AttributeView::next() {
+  table_.reset();
   const auto current = hasAttributes() && !numbers_ ? attributes_->find(attribute_) : std::nullopt;
   const std::size_t next = current ? *current + 1 : 0;
   const bool more = hasAttributes() && next < attributes_->columns().size();
@@ -84,6 +86,13 @@ void AttributeView::selectAll() {
   selection_ = {.theme = selection_.theme};
   condition_.clear();
   make();
+}
+
+std::vector<std::uint32_t> AttributeView::selected() const {
+  std::vector<std::uint32_t> cells;
+  for (std::uint32_t cell = 0; cell < store_.cell_count(); ++cell)
+    if (colours_ == nullptr || colours_->is_chosen.empty() || colours_->is_chosen[cell]) cells.push_back(cell);
+  return cells;
 }
 
 bool AttributeView::isCondition(const std::string& text) const {

@@ -19,13 +19,15 @@ namespace filiform::internal {
 class AttributeView {
  public:
   // `store` must outlive this object. Only tile sets have attributes.
-  explicit AttributeView(const TileStore& store);
+  // `table`: colours until others are asked for; nullptr: none.
+  explicit AttributeView(const TileStore& store, std::shared_ptr<const CellColours> table = nullptr);
 
   bool hasAttributes() const { return attributes_ != nullptr && !attributes_->empty(); }
   // nullptr: the scene is no tile set.
   const std::shared_ptr<const CellAttributes>& attributes() const { return attributes_; }
   // nullptr: colours follow the settings.
   const std::shared_ptr<const CellColours>& colours() const { return colours_; }
+  bool hasTable() const { return table_ != nullptr; }
   const std::string& attribute() const { return attribute_; }  // empty: none
 
   // These throw UsageError, CorruptSet and IoError, and then change nothing. Each reads the columns that it needs.
@@ -33,13 +35,14 @@ class AttributeView {
   // Colours by this attribute; empty: as the settings say. The values of the former legend are selected again.
   void colourBy(const std::string& attribute);
   void colourBy(CellValues numbers);
-  // The attribute after the current one, or none after the last. False: none.
+  // The attribute after the current one, or none after the last. False: none. Ends the colours of a table.
   bool next();
   // Selects only the cells that meet a condition of CellFilter. Returns how many these are.
   std::size_t select(const std::string& condition);
   // Selects this value of the legend alone, or adds or removes it if others are selected already. `alone`: alone.
   void toggle(const std::string& value, bool alone);
   void selectAll();
+  std::vector<std::uint32_t> selected() const;  // the cells that have colours of their own, ascending
 
   // Cells that are not selected recede on this theme's ground. Throws as the above.
   void setTheme(Theme theme);
@@ -57,6 +60,7 @@ class AttributeView {
   const TileSet* set_;
   std::shared_ptr<const CellAttributes> attributes_;
   std::string attribute_, condition_;
+  std::shared_ptr<const CellColours> table_;
   std::optional<CellValues> numbers_;  // instead of an attribute
   CellSelection selection_;
   std::shared_ptr<const CellColours> colours_;

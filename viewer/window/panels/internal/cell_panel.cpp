@@ -1,6 +1,7 @@
 #include "viewer/window/panels/internal/cell_panel.h"
 
 #include "index/count_text.h"
+#include "viewer/window/panels/internal/cell_choice.h"
 #include "viewer/window/panels/internal/cell_table.h"
 #include "viewer/window/panels/internal/panel_parts.h"
 #include "viewer/window/settings/internal/text_format.h"
@@ -8,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <iterator>
+#include <utility>
 
 namespace filiform::internal {
 namespace {
@@ -46,22 +48,45 @@ void drawColumnChoice(CellTable& table) {
   ImGui::EndCombo();
 }
 
-void drawState(const PanelData& d, CellTable& table) {
+// What can be done with the chosen cells.
+void drawActions(PanelRequests& requests) {
+  const std::pair<const char*, Action> actions[] = {{"isolate", Action::isolate_cells},
+                                                    {"hide", Action::hide_cells},
+                                                    {"dim", Action::dim_cells},
+                                                    {"invert", Action::invert_cells},
+                                                    {"show all", Action::show_cells}};
+  for (const auto& [name, action] : actions) {
+    if (ImGui::SmallButton(name)) requests.act = action;
+    ImGui::SameLine();
+  }
+}
+
+void drawState(const PanelData& d, CellTable& table, PanelRequests& requests) {
   std::string counts = counted(table.rows().size(), "cell");
   if (table.rows().size() != table.cells()) counts += " of " + formatCount(table.cells());
   writeIn(dim(), table.isListing() ? counts + ", sorting" : counts);
   ImGui::SameLine();
+  drawActions(requests);
   if (const auto part = table.progress())
     ImGui::ProgressBar(static_cast<float>(*part), vec(-1, ImGui::GetTextLineHeight()),
                        format("measuring, %.0f %%", 100 * *part).c_str());
-  else if (!table.isMeasured() && ImGui::SmallButton("measure all cells"))
+  else if (!table.isMeasured() && ImGui::SmallButton("measure"))
     table.measure();
   else if (table.isMeasured())
-    writeIn(dim(), "click: highlight; double click: go there");
+    ImGui::NewLine();
   if (table.error().empty()) return;
   ImGui::PushStyleColor(ImGuiCol_Text, red());
   showFitted(table.error(), ImGui::GetContentRegionAvail().x, d.scale);
   ImGui::PopStyleColor();
+}
+
+// The rows from the cell that was chosen last to this one.
+std::vector<std::uint32_t> rowsBetween(const std::vector<std::uint32_t>& rows, std::uint32_t last, std::uint32_t cell) {
+  auto from = std::find(rows.begin(), rows.end(), last), to = std::find(rows.begin(), rows.end(), cell);
+  if (from == rows.end() || to == rows.end()) return {cell};
+  std::vector<std::uint32_t> between(std::min(from, to), std::max(from, to) + 1);
+  if (to < from) std::reverse(between.begin(), between.end());
+  return between;
 }
 
 // A title: a square of colours, which colours by this column, then the name. A click on the name sorts.
@@ -108,9 +133,14 @@ void drawRow(const PanelData& d, const CellTable& table, const std::vector<std::
   for (const std::size_t column : shown) {
     ImGui::TableNextColumn();
     if (column == 0) {
-      if (ImGui::Selectable("##cell", d.cells.chosen == cell,
+      if (ImGui::Selectable("##cell", d.cells.choice->isChosen(cell),
                             ImGuiSelectableFlags_SpanAllColumns | ImGuiSelectableFlags_AllowDoubleClick)) {
-        requests.choose_cell = cell;
+        if (ImGui::GetIO().KeyCtrl)
+          requests.toggle_cell = cell;
+        else if (ImGui::GetIO().KeyShift)
+          requests.choose_cells = rowsBetween(table.rows(), d.cells.choice->last(), cell);
+        else
+          requests.choose_cells = {{cell}};
         if (ImGui::IsMouseDoubleClicked(0)) requests.go_to_cell = cell;
       }
       ImGui::SameLine(0, 0);
@@ -153,10 +183,10 @@ void drawTable(const PanelData& d, CellPanel& panel, int step, PanelRequests& re
     const std::vector<std::uint32_t>& rows = table.rows();
     const float line = ImGui::GetTextLineHeight() + 2 * ImGui::GetStyle().CellPadding.y;
     if (step != 0 && !rows.empty()) {
-      const auto at = d.cells.chosen ? std::find(rows.begin(), rows.end(), *d.cells.chosen) : rows.end();
+      const auto at = std::find(rows.begin(), rows.end(), d.cells.choice->last());
       const auto row =
           at == rows.end() ? 0 : std::clamp<std::ptrdiff_t>(at - rows.begin() + step, 0, std::ssize(rows) - 1);
-      requests.choose_cell = rows[static_cast<std::size_t>(row)];
+      requests.choose_cells = {{rows[static_cast<std::size_t>(row)]}};
       ImGui::SetScrollY(line * static_cast<float>(row) - 0.4F * ImGui::GetWindowHeight());
     }
     ImGuiListClipper clipper;
@@ -189,12 +219,13 @@ void drawCells(const PanelData& d, CellPanel& panel, PanelRequests& requests) {
     ImGui::SameLine();
     ImGui::SetNextItemWidth(-1);
     drawColumnChoice(table);
-    drawState(d, table);
+    drawState(d, table, requests);
     drawTable(d, panel, step, requests);
     const std::vector<std::uint32_t>& rows = table.rows();
     if (entered && !rows.empty() && !table.isListing()) {
-      const bool has_chosen = d.cells.chosen && std::find(rows.begin(), rows.end(), *d.cells.chosen) != rows.end();
-      requests.choose_cell = requests.go_to_cell = has_chosen ? *d.cells.chosen : rows.front();
+      const std::uint32_t last = d.cells.choice->last();
+      requests.go_to_cell = std::find(rows.begin(), rows.end(), last) != rows.end() ? last : rows.front();
+      requests.choose_cells = {{*requests.go_to_cell}};
     }
   }
   ImGui::End();

@@ -6,8 +6,8 @@
 
 namespace filiform::internal {
 
-// Requires data.cells. Changes the table's order and columns. A click chooses a cell; a double click, or Enter in the
-// filter, goes there.
+// Requires data.cells. Changes the table's order and columns. A click chooses a cell, with Ctrl in addition, with Shift
+// the rows between; a double click, or Enter in the filter, goes there.
 void drawCells(const PanelData& data, CellPanel& panel, PanelRequests& requests);
 
 }  // namespace filiform::internal

@@ -75,7 +75,8 @@ void drawHelp(const PanelData& d, bool& open) {
   ImGui::SetNextWindowBgAlpha(1);
   ImGui::Begin("keys and mouse", &open,
                ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoCollapse);
-  HelpTable left{"left", {"Hand", "Travel"}}, right{"right", {"View", "Window"}};
+  ImGui::PushStyleVar(ImGuiStyleVar_CellPadding, vec(ImGui::GetStyle().CellPadding.x, 0));
+  HelpTable left{"left", {"Hand", "Travel", "Cells"}}, right{"right", {"View", "Window"}};
   left.measure();
   right.measure();
   const ImGuiStyle& style = ImGui::GetStyle();
@@ -96,6 +97,7 @@ void drawHelp(const PanelData& d, bool& open) {
   left.show();
   if (wide) ImGui::SameLine(0, gap);
   right.show();
+  ImGui::PopStyleVar();
   ImGui::End();
 }
 

@@ -2,7 +2,7 @@
 
 #include "viewer/window/travel/internal/travel.h"
 
-#include <utility>
+#include <optional>
 
 namespace filiform::internal {
 
@@ -24,9 +24,10 @@ bool Tooltip::isDue(double now_s) const {
 void Tooltip::lookUp(Travel& travel, const RayQuery& ray) {
   asked_for_s_ = rested_since_s_;
   asked_ = true;
-  travel.describeAlong(ray, [this, asked_for_s = asked_for_s_](std::string text) {
+  travel.lookAlong(ray, false, [this, asked_for_s = asked_for_s_](const std::optional<SeenNeurite>& seen) {
     asked_ = false;
-    if (rested_since_s_ == asked_for_s) text_ = std::move(text);  // else the pointer has moved since
+    if (!seen || rested_since_s_ != asked_for_s) return;  // none, or the pointer has moved since
+    text_ = nameText(*seen) + (seen->kind.empty() ? "" : "\n" + seen->kind) + "\n" + placeText(*seen);
   });
 }
 

@@ -1,4 +1,4 @@
-// The text beside a pointer that rests on a neurite: cell, sample and position. Thread rule: the window's thread.
+// The text beside a pointer that rests on a neurite: cell, sample, type and position. Thread rule: the window's thread.
 #pragma once
 
 #include "index/query/nearest.h"

@@ -1,9 +1,10 @@
 #include "viewer/window/travel/internal/travel.h"
 
 #include "index/errors.h"
-#include "index/text.h"
+#include "index/measure/cell_measures.h"
 #include "viewer/window/settings/internal/text_format.h"
 
+#include <algorithm>
 #include <cmath>
 #include <exception>
 #include <utility>
@@ -35,7 +36,10 @@ Travel::~Travel() { leaving_.store(true, std::memory_order_relaxed); }
 
 void Travel::start() {
   for (const std::string& warning : opened_.warnings) messages_.say(warning);
+  const std::vector<std::uint32_t>& only = opened_.scene.only;
   if (opened_.start.valid()) sessions_.current().jump(opened_.start);
+  if (!only.empty() && !std::binary_search(only.begin(), only.end(), opened_.start.segment.cell))
+    goToCell(only.front());
 }
 
 void Travel::finish() {
@@ -133,14 +137,18 @@ void Travel::nameCell() {
   const ProxyPlace& place = now().place;
   if (!place.valid()) {
     cell_name_.clear();
+    neurite_.clear();
+    named_at_.reset();
     sample_.reset();
     return;
   }
   const CellWalk* read = walk();
-  if (read == nullptr) return;
+  if (read == nullptr || (named_at_ && named_at_->segment == place.segment && named_at_->t == place.t)) return;
   cell_name_ = read->graph().name;
   const auto spot = read->spotOf(place);
   if (!spot) return;
+  named_at_ = place;
+  neurite_ = kindText(*read, *spot);
   sample_ = read->graph().sample_ids[spot->t > 0.5 ? spot->parent : spot->child];
 }
 
@@ -158,6 +166,7 @@ void Travel::lookForFork() {
   junction_at_ = s.place;
   junction_zoom_um_ = s.zoom_um;
   junction_asked_ = true;
+  heading_W_ = heading;
   worker_->ask([this, place = s.place, zoom_um = s.zoom_um, heading]() -> Worker::Done {
     std::optional<Junction> found;
     try {
@@ -220,7 +229,8 @@ bool Travel::act(Action action) {
       toggleMeasure();
       return true;
     case Action::simulated_hand:
-      toggleSimulatedHand();
+    case Action::neurite_tip:
+      toggleSimulatedHand(action == Action::neurite_tip);
       return true;
     case Action::next_branch:
     case Action::previous_branch:
@@ -257,6 +267,15 @@ void Travel::turn(const Turn& turn) {
   sessions_.current().send(command);
 }
 
+void Travel::turnTo(const Eigen::Quaterniond& rotation_WD) {
+  // Workspace::rotate() turns by the inverse of what it is given.
+  const Vector3d angles_rad =
+      Eigen::Matrix3d(now().rotation_WD.conjugate() * rotation_WD).eulerAngles(1, 0, 1);  // about y, x, y
+  turn({0, -angles_rad[0]});
+  turn({-angles_rad[1], 0});
+  turn({0, -angles_rad[2]});
+}
+
 void Travel::zoom(double factor) {
   NavigationCommand command;
   command.kind = Kind::zoom;
@@ -291,10 +310,10 @@ void Travel::goWhenFound(std::function<ProxyPlace()> find) {
 }
 
 void Travel::goAlong(const RayQuery& ray) {
-  goWhenFound([this, ray] {
-    const auto picked = finder().along(ray);
+  goWhenFound([this, ray, states = states_] {
+    const auto picked = pick(ray, states.get());
     if (!picked) throw UsageError("no neurite under the pointer");
-    return picked->place;
+    return *picked;
   });
 }
 
@@ -336,21 +355,6 @@ void Travel::goForward() {
   messages_.say("there is no later place");
 }
 
-void Travel::setBookmark(const std::string& name) {
-  if (!now().place.valid()) return messages_.say("cannot set a bookmark: the hand is free (f)");
-  history().setBookmark(name, now().place);
-  savePlaces();
-  std::string text = "bookmark ";
-  text += name;
-  messages_.say(text += " is set");
-}
-
-void Travel::goToBookmark(const std::string& name) {
-  if (const auto place = history().bookmark(name)) return go(*place, true);
-  std::string text = "there is no bookmark ";
-  messages_.say(text += name);
-}
-
 void Travel::findNames(const std::string& text, std::function<void(std::vector<std::string>)> found) {
   worker_->ask([&scene = store(), text, found = std::move(found)]() -> Worker::Done {
     std::vector<std::string> names;
@@ -360,25 +364,40 @@ void Travel::findNames(const std::string& text, std::function<void(std::vector<s
   });
 }
 
-void Travel::describeAlong(const RayQuery& ray, std::function<void(std::string)> described) {
-  worker_->ask([this, ray, described = std::move(described)]() -> Worker::Done {
-    std::string text;
+std::optional<ProxyPlace> Travel::pick(const RayQuery& ray, const CellStates* states) const {
+  std::function<bool(std::uint32_t)> sees;
+  if (states != nullptr)
+    sees = [states](std::uint32_t cell) { return cell >= states->size() || (*states)[cell] != CellState::hidden; };
+  const auto picked = finder().along(ray, sees);
+  return picked ? std::optional(picked->place) : std::nullopt;
+}
+
+void Travel::lookAlong(const RayQuery& ray, bool whole, Seen seen) {
+  const bool reads = whole || !store().isRemote();
+  worker_->ask([this, ray, reads, states = states_, own = walk_, own_cell = walk_cell_,
+                seen = std::move(seen)]() -> Worker::Done {
+    std::optional<SeenNeurite> found;
     try {
-      if (const auto picked = finder().along(ray)) {
-        const SegmentId segment = picked->place.segment;
-        text = inShort(store().cell(segment.cell).name);
+      if (const auto place = pick(ray, states.get())) {
+        const SegmentId segment = place->segment;
+        found = SeenNeurite{.place = *place, .cell = store().cell(segment.cell).name, .sample = {}, .kind = {}};
         const IdRuns ids = store().loadCellDetail(segment.cell).sample_ids;
-        if (segment.segment < ids.size()) {
-          text += ":";
-          text += std::to_string(ids[segment.segment]);
-        }
-        const Vector3d& p = picked->place.p_W;
-        text += format("\n%.2f %.2f %.2f \u00b5m", p.x(), p.y(), p.z());
+        if (segment.segment < ids.size()) found->sample = ids[segment.segment];
+        std::shared_ptr<const CellWalk> walk = own_cell == segment.cell ? own : nullptr;
+        if (walk == nullptr && reads && std::exchange(seen_cell_, segment.cell) != segment.cell)
+          seen_walk_ = finder().walk(segment.cell, &leaving_);
+        if (walk == nullptr && seen_cell_ == segment.cell) walk = seen_walk_;
+        const auto spot = walk != nullptr ? walk->spotOf(*place) : std::nullopt;
+        if (spot) found->kind = kindText(*walk, *spot), found->radius_um = radiusAt_um(*walk, *spot);
       }
     } catch (const std::exception& error) {
-      text = error.what();
+      seen_cell_ = UINT32_MAX;
+      return [this, what = std::string(error.what()), seen] {
+        messages_.sayOnce(what);
+        seen(std::nullopt);
+      };
     }
-    return [described, text] { described(text); };
+    return [seen, found] { seen(found); };
   });
 }
 
@@ -440,7 +459,7 @@ void Travel::toggleMeasure() {
   measure_.begin(now().place);
 }
 
-void Travel::toggleSimulatedHand() {
+void Travel::toggleSimulatedHand(bool same_type) {
   if (path_.isUnderWay()) {
     path_.end();
     return messages_.say("the simulated hand has stopped");
@@ -449,13 +468,15 @@ void Travel::toggleSimulatedHand() {
   const CellWalk* read = walk();
   const auto spot = read != nullptr ? read->spotOf(now().place) : std::nullopt;
   if (!spot) return messages_.say("the cell is still being read; try again");
-  const auto tip = read->paths().farthestTip(*spot);
-  if (!tip) return messages_.say("the cell has no other tip");
+  const auto tip = same_type ? farthestTipOfKind(*read, *spot) : read->paths().farthestTip(*spot);
+  if (!tip) return messages_.say(same_type ? "no other tip of this kind can be reached" : "the cell has no other tip");
   std::vector<Vector3d> path_W;
   if (const auto path = read->paths().path(*spot, read->at(*tip)))
     for (const CellPath::Point& point : path->points) path_W.push_back(point.p_W);
   path_.begin(std::move(path_W));
-  messages_.say("a simulated hand travels to the farthest tip (t or Esc stops it)");
+  const std::vector<std::uint16_t>& types = read->graph().types;
+  const std::string of = same_type && !types.empty() ? " of type " + neuriteTypeName(types[spot->child]) : "";
+  messages_.say("a simulated hand travels to the farthest tip" + of + " (t or Esc stops it)");
 }
 
 // ---- the state
@@ -480,6 +501,7 @@ void Travel::describe(nlohmann::ordered_json& json) const {
   json["centre_um"] = three(s.centre_W);
   json["rotation"] = {s.rotation_WD.w(), s.rotation_WD.x(), s.rotation_WD.y(), s.rotation_WD.z()};
   if (sample_) json["sample"] = *sample_;
+  json["neurite"] = neurite_;
   json["jumps"] = jumps_;
   json["jumping"] = sessions_.current().awaited().has_value();
   json["waiting"] = s.frontier;

@@ -8,6 +8,7 @@
 
 #include "solver/travel/session/session.h"
 #include "solver/travel/session/worker.h"
+#include "viewer/scene/cell_palette.h"
 #include "viewer/scene/glyph.h"
 #include "viewer/scene/pointer.h"
 #include "viewer/window/panels/internal/tile_census.h"
@@ -16,6 +17,7 @@
 #include "viewer/window/travel/internal/hand_path.h"
 #include "viewer/window/travel/internal/opening.h"
 #include "viewer/window/travel/internal/path_measure.h"
+#include "viewer/window/travel/internal/seen_neurite.h"
 #include "viewer/window/travel/internal/session_keeper.h"
 
 #include <atomic>
@@ -46,7 +48,7 @@ class Travel {
   // Ends the session, ignores its failures, and waits for the work under way.
   ~Travel();
 
-  // Jumps to the first place of the scene.
+  // Jumps to the first place of the scene, or to the first cell of those that are shown alone.
   void start();
   // Ends the session, waits for replaced sessions to end, and saves history and bookmarks. May wait for the disk and
   // the device. May run on any thread; then no other thread may use the object, except const members that read nothing
@@ -71,6 +73,7 @@ class Travel {
   // Does an action that moves hand or proxy, or centres the workspace. False: the action is none of these.
   bool act(Action action);
   void turn(const Turn& turn);
+  void turnTo(const Eigen::Quaterniond& rotation_WD);
   void zoom(double factor);
   void stopHand() { path_.end(); }  // the simulated hand
 
@@ -80,19 +83,27 @@ class Travel {
   void goToCell(std::uint32_t cell);  // its soma
   void goToPlace(std::uint32_t cell, const CellPlace& place);
   void goNear(const Vector3d& p_W);
-  void setBookmark(const std::string& name);
-  void goToBookmark(const std::string& name);
+  void goToFound(const ProxyPlace& place) { go(place, true); }
 
-  // The first finds names of cells that match; the second describes the neurite on a line of sight. Both call back
-  // from a later serve().
+  void savePlaces();  // bookmarks and history, on the worker's thread; a failure becomes a message
+  // Runs work on the worker's thread; a failure becomes a message.
+  void ask(Worker::Work work) { worker_->ask(std::move(work)); }
+
+  // The first finds names of cells that match; the second looks up the neurite on a line of sight (nullopt: none). Both
+  // call back from a later serve(). `whole`: also read the cell of a set at an address for its type and radius.
   void findNames(const std::string& text, std::function<void(std::vector<std::string>)> found);
-  void describeAlong(const RayQuery& ray, std::function<void(std::string)> described);
+  using Seen = std::function<void(const std::optional<SeenNeurite>&)>;
+  void lookAlong(const RayQuery& ray, bool whole, Seen seen);
+  // Lines of sight pass through cells that these states hide; nullptr: through none.
+  void setStates(const std::shared_ptr<const CellStates>& states) { states_ = states; }
   // Lists the tiles nearest to the proxy, and calls back from a later serve(). No effect while a list is being made.
   void listTiles(std::function<void(std::vector<NearTile>)> listed);
   bool isIdle() const { return worker_->idle(); }  // the worker has nothing to do
 
   const std::string& cellName() const { return cell_name_; }
+  const std::string& neurite() const { return neurite_; }         // kindText() of the proxy's place
   std::optional<std::int64_t> sample() const { return sample_; }  // id of the sample nearest to the proxy
+  const Vector3d& heading_W() const { return heading_W_; }        // with which the fork was looked for
   const Junction* junction() const { return junction_ ? &*junction_ : nullptr; }
   std::string measured() const { return measure_.text(); }
   const std::vector<float>& forces_N() const { return forces_; }         // of the last seconds, oldest first
@@ -101,7 +112,6 @@ class Travel {
   void describe(nlohmann::ordered_json& state) const;
 
  private:
-  void savePlaces();  // on the worker's thread; a failure becomes a message
   void rememberPlace();
   void watch();
   void go(const ProxyPlace& place, bool remember);
@@ -111,7 +121,8 @@ class Travel {
   void goForward();
   void step(Action action);
   void nextLeap();
-  void toggleSimulatedHand();
+  void toggleSimulatedHand(bool same_type);
+  std::optional<ProxyPlace> pick(const RayQuery& ray, const CellStates* states) const;
   void toggleMeasure();
   const CellWalk* walk();
   void nameCell();
@@ -124,7 +135,11 @@ class Travel {
 
   std::shared_ptr<const CellWalk> walk_;
   std::uint32_t walk_cell_ = UINT32_MAX, walk_asked_ = UINT32_MAX;
-  std::string cell_name_;
+  std::string cell_name_, neurite_;
+  std::optional<ProxyPlace> named_at_;
+  std::shared_ptr<const CellStates> states_;
+  std::shared_ptr<const CellWalk> seen_walk_;  // of the cell looked at last; the worker's
+  std::uint32_t seen_cell_ = UINT32_MAX;
   std::optional<std::int64_t> sample_;
   std::vector<std::uint32_t> tips_;
   std::size_t tips_at_ = 0;
@@ -134,6 +149,7 @@ class Travel {
   std::optional<Junction> junction_;
   std::optional<ProxyPlace> junction_at_;
   double junction_zoom_um_ = 0;
+  Vector3d heading_W_ = Vector3d::Zero();
   bool junction_asked_ = false, replay_told_ = false;
   std::uint32_t asked_constrain_ = 0, asked_back_ = 0, asked_forward_ = 0;
   TileCensus census_;

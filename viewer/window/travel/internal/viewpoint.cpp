@@ -20,6 +20,16 @@ void Viewpoint::nextOverview(bool has_far) {
   centre();
 }
 
+void Viewpoint::set(bool overview, const ViewState::Look& look) {
+  overview_ = overview;
+  whole_ = overview && look.far;
+  yaw_rad_ = look.yaw_rad;
+  pitch_rad_ = look.pitch_rad;
+  factor_ = std::clamp(look.factor, 1e-4, 4.0);
+  pan_ = Eigen::Vector2d(look.shift_x, look.shift_y).cwiseMax(-kMostShift).cwiseMin(kMostShift);
+  flight_begin_s_ = -1;
+}
+
 void Viewpoint::turn(const Turn& turn) {
   yaw_rad_ -= turn.about_y_rad;
   pitch_rad_ += turn.about_x_rad;

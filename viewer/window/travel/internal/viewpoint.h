@@ -6,6 +6,7 @@
 #include "solver/workspace/workspace.h"
 #include "viewer/scene/camera.h"
 #include "viewer/scene/pointer.h"
+#include "viewer/scene/view_state.h"
 
 namespace filiform::internal {
 
@@ -16,6 +17,8 @@ class Viewpoint {
   explicit Viewpoint(const WorkspaceOptions& workspace) : workspace_(workspace) {}
 
   bool isOverview() const { return overview_; }
+  ViewState::Look look() const { return {whole_, yaw_rad_, pitch_rad_, factor_, pan_.x(), pan_.y()}; }
+  void set(bool overview, const ViewState::Look& look);
   // To the overview, then back to the workspace. `has_far`: in between to the overview of the whole scene.
   void nextOverview(bool has_far = false);
   bool showsFar() const { return whole_; }
