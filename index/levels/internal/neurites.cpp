@@ -243,8 +243,8 @@ class Simplifier {
   std::vector<Vector3d> at_;
 };
 
-// Of the short paths, removes those from `gone` that have no carrier, or one that may go too. Adds what the others represent to the paths
-// that carry them.
+// Of the short paths, removes those from `gone` that have no carrier, or one that may go too. Adds what the others
+// represent to the paths that carry them.
 void chargeCarriers(Neurites& all, std::vector<bool>& gone) {
   const PathIndex index(all);
   const std::vector<bool> is_short = gone;
