@@ -115,6 +115,10 @@ class Beside {
     }
     return made;
   }
+  // No tile below this one is asked for again.
+  void forget(LevelId above) {
+    made_.erase(made_.lower_bound({above, Fineness{}}), made_.upper_bound({above, Fineness{INFINITY, INFINITY}}));
+  }
 
  private:
   using Fineness = std::pair<double, double>;  // error, pixel
@@ -147,6 +151,7 @@ class OpenLevel {
       : OpenLevel(set, levels.entry(level), level, *levels.load(level), levels.loadAppearance(level),
                   std::move(siblings)) {}
 
+  LevelId level() const { return level_; }
   MortonKey high() const { return entry_.key.high(); }
 
   void add(const std::vector<FullSegment>& segments) {
@@ -229,6 +234,7 @@ std::vector<std::string> checkLevels(const TileSet& set, const Levels& levels) {
   const auto finish = [&] {
     const std::vector<std::string> found = inside.back().finish();
     problems.insert(problems.end(), found.begin(), found.end());
+    beside.forget(inside.back().level());
     inside.pop_back();
   };
   LevelId level = 0;

@@ -185,7 +185,9 @@ void showAs(const ViewState& view, const TileStore& store, SceneFrame& frame) {
       else if (unknown++ == 0)
         first = name;
   };
-  each(view.shown, [&](std::uint32_t cell) { states[cell] = CellState::shown; });
+  bool some = false;
+  each(view.shown, [&](std::uint32_t cell) { states[cell] = CellState::shown, some = true; });
+  if (!some) std::fill(states.begin(), states.end(), CellState::shown);
   each(view.hidden, [&](std::uint32_t cell) { states[cell] = CellState::hidden; });
   each(view.dimmed, [&](std::uint32_t cell) { states[cell] = CellState::dimmed; });
   each(view.highlighted, [&](std::uint32_t cell) { frame.cells.push_back(cell); });

@@ -143,6 +143,8 @@ int runView(const ViewArguments& a) {
   options.paths = a.scene;
   std::string colour_by = a.colour_by;
   if (!a.view.empty()) {
+    if (!a.only.empty() || !a.highlight.empty())
+      throw UsageError("--view: it says which cells are shown; leave out --only and --highlight");
     options.view = readViewFile(a.view);
     if (colour_by.empty() && a.colour_table.empty()) colour_by = options.view->colour_by;
     if (options.view->place) {

@@ -13,7 +13,7 @@ class FrameGovernor {
   // A picture in motion is to take kMoving_ms, or up to kCoarse_ms while its error exceeds kGood_px; one that takes
   // kLate_ms is begun again with larger pixels. A picture at rest is drawn in parts of kPart_ms and grows while it
   // takes less than half of kRest_ms.
-  static constexpr double kMoving_ms = 40, kCoarse_ms = 50, kLate_ms = 50, kGood_px = 8;
+  static constexpr double kMoving_ms = 45, kCoarse_ms = 55, kLate_ms = 60, kGood_px = 8;
   static constexpr double kPart_ms = 30, kRest_ms = 1000;
   static constexpr std::uint64_t kMostSegments = 2'000'000, kLeastSegments = 2000;
 

@@ -73,8 +73,8 @@ void waitForPixel() {
   glReadPixels(0, 0, 1, 1, GL_RGBA, GL_UNSIGNED_BYTE, pixel.data());
 }
 
-// Segments between the first two looks at the clock: a thick cone may cover the whole picture.
-constexpr std::size_t kFirstGroup = 1, kMostGroup = std::size_t{1} << 20;
+// Segments between the first two looks at the clock, at most; see Piece::quickGroup().
+constexpr std::size_t kFirstGroup = 512, kMostGroup = std::size_t{1} << 20;
 // Rows of the picture that one step composes.
 constexpr int kRows = 64;
 

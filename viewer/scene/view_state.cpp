@@ -10,16 +10,17 @@
 namespace filiform {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using Json = nlohmann::ordered_json;  // written
+using Read = nlohmann::json;
 
 Json listOf(const Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
-double finite(const Json& json) {
+double finite(const Read& json) {
   const double number = json.get<double>();
   if (!std::isfinite(number) || std::abs(number) > 1e12) throw UsageError("not a usual number");
   return number;
 }
-Vector3d vectorOf(const Json& json) { return {finite(json.at(0)), finite(json.at(1)), finite(json.at(2))}; }
+Vector3d vectorOf(const Read& json) { return {finite(json.at(0)), finite(json.at(1)), finite(json.at(2))}; }
 
 Json jsonOf(const Camera& camera) {
   Json rotation = Json::array();
@@ -29,12 +30,14 @@ Json jsonOf(const Camera& camera) {
           {"focus_um", camera.focus_um},    {"near_um", camera.near_um}, {"far_um", camera.far_um}};
 }
 
-Camera cameraOf(const Json& json) {
+Camera cameraOf(const Read& json) {
   Camera camera;
   camera.eye_W = vectorOf(json.at("eye_um"));
   for (int i = 0; i < 9; ++i)
     camera.rotation_VW(i / 3, i % 3) = finite(json.at("rotation").at(static_cast<std::size_t>(i)));
-  const bool turns = (camera.rotation_VW * camera.rotation_VW.transpose() - Eigen::Matrix3d::Identity()).norm() < 1e-6;
+  const bool turns =
+      (camera.rotation_VW * camera.rotation_VW.transpose() - Eigen::Matrix3d::Identity()).norm() < 1e-6 &&
+      camera.rotation_VW.determinant() > 0;
   camera.height_angle_rad = finite(json.at("height_angle_rad"));
   camera.focus_um = finite(json.at("focus_um"));
   camera.near_um = finite(json.at("near_um"));
@@ -45,7 +48,7 @@ Camera cameraOf(const Json& json) {
   return camera;
 }
 
-Eigen::Quaterniond rotationOf(const Json& json) {
+Eigen::Quaterniond rotationOf(const Read& json) {
   const Eigen::Quaterniond q(finite(json.at(0)), finite(json.at(1)), finite(json.at(2)), finite(json.at(3)));
   if (std::abs(q.norm() - 1) > 1e-6) throw UsageError("not a rotation");
   return q;
@@ -83,12 +86,12 @@ std::string toJson(const ViewState& v) {
 }
 
 ViewState viewStateOf(const std::string& text, const std::string& file, std::vector<std::string>& notes) {
-  const Json json = Json::parse(text, nullptr, false);
+  const Read json = Read::parse(text, nullptr, false);
   if (!json.is_object() || !json.contains("filiform_view") || !json["filiform_view"].is_number())
     throw InputError(inShort(file) + ": is no view; save one with V in the window");
   ViewState v;
   std::string odd;
-  const auto take = [&](const char* name, const std::function<void(const Json&)>& use) {
+  const auto take = [&](const char* name, const std::function<void(const Read&)>& use) {
     const auto found = json.find(name);
     if (found == json.end()) return;
     try {
@@ -100,49 +103,55 @@ ViewState viewStateOf(const std::string& text, const std::string& file, std::vec
   if (json["filiform_view"].get<double>() > ViewState::kVersion)
     notes.push_back(inShort(file) + ": a view of a newer version; what this version knows is used");
   const auto text_of = [&](const char* name, std::string& value) {
-    take(name, [&](const Json& j) { value = j.get<std::string>(); });
+    take(name, [&](const Read& j) { value = j.get<std::string>(); });
   };
   const auto names_of = [&](const char* name, std::vector<std::string>& value) {
-    take(name, [&](const Json& j) { value = j.get<std::vector<std::string>>(); });
+    take(name, [&](const Read& j) { value = j.get<std::vector<std::string>>(); });
   };
   text_of("set", v.set);
   text_of("revision", v.revision);
-  take("place", [&](const Json& j) {
+  take("place", [&](const Read& j) {
     const ViewState::Place place{j.at("cell").get<std::string>(), vectorOf(j.at("p_um")), vectorOf(j.at("heading"))};
     v.place = place;
   });
-  take("workspace", [&](const Json& j) {
+  take("workspace", [&](const Read& j) {
     const Vector3d centre_W = vectorOf(j.at("centre_um"));
     const Eigen::Quaterniond rotation_WD = rotationOf(j.at("rotation"));
     const double zoom_um = finite(j.at("zoom_um"));
     if (zoom_um <= 0) throw UsageError("not a zoom");
     v.centre_W = centre_W, v.rotation_WD = rotation_WD, v.zoom_um = zoom_um;
   });
-  take("overview", [&](const Json& j) { v.overview = j.get<bool>(); });
-  take("look", [&](const Json& j) {
+  take("overview", [&](const Read& j) { v.overview = j.get<bool>(); });
+  take("look", [&](const Read& j) {
     ViewState::Look look{j.at("far").get<bool>(), finite(j.at("turn_rad").at(0)), finite(j.at("turn_rad").at(1)),
                          finite(j.at("factor")),  finite(j.at("shift").at(0)),    finite(j.at("shift").at(1))};
     if (look.factor <= 0) throw UsageError("not a factor");
     v.look = look;
   });
-  take("camera", [&](const Json& j) { v.camera = cameraOf(j); });
-  take("size_px", [&](const Json& j) {
-    const PictureSize size{j.at(0).get<int>(), j.at(1).get<int>()};
-    if (size.width < 1 || size.height < 1 || size.width > 8192 || size.height > 8192) throw UsageError("not a size");
-    v.size = size;
+  take("camera", [&](const Read& j) { v.camera = cameraOf(j); });
+  take("size_px", [&](const Read& j) {
+    const double width = finite(j.at(0)), height = finite(j.at(1));
+    if (width < 1 || height < 1 || width > 8192 || height > 8192) throw UsageError("not a size");
+    v.size = {static_cast<int>(width), static_cast<int>(height)};
   });
-  take("orthographic", [&](const Json& j) { v.orthographic = j.get<bool>(); });
-  take("theme", [&](const Json& j) { v.theme = themeOf(j.get<std::string>()); });
+  take("orthographic", [&](const Read& j) { v.orthographic = j.get<bool>(); });
+  take("theme", [&](const Read& j) { v.theme = themeOf(j.get<std::string>()); });
   text_of("colour_by", v.colour_by);
-  v.shows_some = json.contains("shown");
-  names_of("shown", v.shown);
+  take("shown", [&](const Read& j) {
+    v.shown = j.get<std::vector<std::string>>();
+    v.shows_some = true;
+  });
   names_of("hidden", v.hidden);
   names_of("dimmed", v.dimmed);
   names_of("chosen", v.chosen);
   names_of("highlighted", v.highlighted);
-  take("hidden_types", [&](const Json& j) { v.hidden_types = static_cast<std::uint8_t>(j.get<unsigned>() & 31U); });
-  take("bookmarks", [&](const Json& j) {
-    for (const Json& b : j) v.bookmarks.push_back({b.at("name").get<std::string>(), vectorOf(b.at("p_um"))});
+  take("hidden_types", [&](const Read& j) {
+    const double types = finite(j);
+    if (types < 0 || types > 31) throw UsageError("not a set of types");
+    v.hidden_types = static_cast<std::uint8_t>(types);
+  });
+  take("bookmarks", [&](const Read& j) {
+    for (const Read& b : j) v.bookmarks.push_back({b.at("name").get<std::string>(), vectorOf(b.at("p_um"))});
   });
   if (!odd.empty()) notes.push_back(inShort(file) + ": has another form in " + odd + "; the rest is used");
   return v;

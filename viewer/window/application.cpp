@@ -226,6 +226,7 @@ class Application::Impl {
     actions_.enter(nullptr);
     closing_.begin(scene_->end());
     scene_.reset();
+    shown_view_ = nullptr;
   }
 
   void end() {
@@ -408,7 +409,8 @@ class Application::Impl {
       choice.choose(again ? std::vector<std::uint32_t>() : *requests.choose_cells);
     }
     if (requests.toggle_cell) choice.toggle(*requests.toggle_cell);
-    if (requests.act != Action::none) actions_.act(requests.act);
+    if (requests.act != Action::none && !(requests.act_on && scene_->actOnCells(requests.act, requests.act_on)))
+      actions_.act(requests.act);
     if (requests.go_to_place) scene_->travel().goToFound(*requests.go_to_place);
     if (requests.copy) window_.copy(*requests.copy);
     if (const std::string copied = scene_->takeCopied(); !copied.empty()) window_.copy(copied);

@@ -351,7 +351,7 @@ void Window::beginPanels() {
   const PictureSize room = points();
   io.DisplaySize = {static_cast<float>(room.width), static_cast<float>(room.height)};
   io.DisplayFramebufferScale = {static_cast<float>(pixels), static_cast<float>(pixels)};
-  // Panels get keys only while a field has the keyboard: a click brings its modifiers itself.
+  // Panels get keys only while a field has the keyboard: a click has its modifiers with it.
   if (w.click_frames > 0) {
     const std::uint8_t held = --w.click_frames > 0 ? w.click_modifiers : 0;
     io.KeyCtrl = (held & Key::kControl) != 0;

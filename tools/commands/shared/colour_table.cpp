@@ -8,6 +8,7 @@
 
 #include <cerrno>
 #include <charconv>
+#include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <optional>
@@ -31,6 +32,11 @@ std::shared_ptr<const CellColours> readColourTable(const TileStore& store, const
   auto colours = std::make_shared<CellColours>();
   colours->unchosen = unchosenOn(theme);
   colours->of_cell.assign(store.cell_count(), Rgba{128, 128, 128});
+  constexpr std::uintmax_t kMostBytes = std::uintmax_t{1} << 30;
+  std::error_code error;
+  const std::uintmax_t bytes = std::filesystem::file_size(path, error);
+  if (error) throw IoError("--colour-table " + inShort(path), "cannot read", error.value());
+  if (bytes > kMostBytes) throw InputError("--colour-table " + inShort(path) + ": more than 1 GiB; cut the table");
   std::ifstream in(path);
   if (!in) throw IoError("--colour-table " + inShort(path), "cannot open", errno);
   std::uint64_t lines = 0, coloured = 0, unknown = 0, odd = 0;

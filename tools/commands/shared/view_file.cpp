@@ -12,11 +12,11 @@
 namespace filiform::tools {
 
 ViewState readViewFile(const std::string& path) {
-  constexpr std::uintmax_t kMostBytes = 256U << 20;
+  constexpr std::uintmax_t kMostBytes = 64U << 20;
   std::error_code error;
   const std::uintmax_t bytes = std::filesystem::file_size(path, error);
-  if (!error && bytes > kMostBytes)
-    throw InputError("--view " + inShort(path) + ": more than 256 MiB; no view is so large");
+  if (error) throw IoError("--view " + inShort(path), "cannot read", error.value());
+  if (bytes > kMostBytes) throw InputError("--view " + inShort(path) + ": more than 64 MiB; no view is so large");
   std::ifstream in(path, std::ios::binary);
   if (!in) throw IoError("--view " + inShort(path), "cannot open", errno);
   const std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};

@@ -145,7 +145,10 @@ if (missing) {
   const getContext = canvas.getContext.bind(canvas);
   canvas.getContext = (kind, options) =>
     getContext(kind, {...options, alpha: false, antialias: false, preserveDrawingBuffer: true});
-  window.addEventListener('keydown', (event) => { Module.lastKey = event.key; }, true);
+  window.addEventListener('keydown', (event) => {
+    Module.lastKey = event.key;
+    if (event.ctrlKey && event.key === 'p') event.preventDefault();  // the browser would print
+  }, true);
   listenToFingers(canvas, proxyAt, scroll);
   // Before the program's own handlers, which give pixels for notches.
   for (const kind of ['wheel', 'mousewheel'])

@@ -193,22 +193,25 @@ void OpenScene::serveBookmarks(const BookmarkRequests& asked, const std::string&
     });
 }
 
-bool OpenScene::actOnCells(Action action) {
+bool OpenScene::actOnCells(Action action, std::optional<std::uint32_t> cell) {
   std::vector<std::uint32_t> cells = choice_.chosen();
+  if (cell) cells = {*cell};
   if (cells.empty() && now().place.valid()) cells = {now().place.segment.cell};
   if (action == Action::show_cells) {
     choice_.showAll();
     types_ = legendOfTypes();
+    if (attributes_->colours() != nullptr) attributes_->selectAll();
   } else if (action == Action::invert_cells) {
+    if (!choice_.hidesSome()) return messages_.say("no cell is hidden (H hides, I isolates)"), true;
     choice_.invert();
   } else if (action == Action::isolate_cells || action == Action::hide_cells || action == Action::dim_cells) {
     if (cells.empty()) return messages_.say("choose a cell first: click it, or n for the table"), true;
-    const bool dimmed = std::all_of(cells.begin(), cells.end(),
-                                    [this](auto cell) { return choice_.stateOf(cell) == CellState::dimmed; });
+    const bool dimmed =
+        std::all_of(cells.begin(), cells.end(), [this](auto one) { return choice_.stateOf(one) == CellState::dimmed; });
     if (action == Action::isolate_cells) choice_.isolate(cells);
     if (action == Action::hide_cells) choice_.set(cells, CellState::hidden);
     if (action == Action::dim_cells) choice_.set(cells, dimmed ? CellState::shown : CellState::dimmed);
-    if (action != Action::isolate_cells) choice_.choose({});
+    if (action != Action::isolate_cells && !cell) choice_.choose({});
   } else {
     return false;
   }

@@ -71,7 +71,7 @@ class OpenScene {
   void serveBookmarks(const BookmarkRequests& asked, const std::string& folder);
   // Isolates, hides, dims, inverts or shows cells: the chosen ones, else the proxy's. False: the action is none of
   // these.
-  bool actOnCells(Action action);
+  bool actOnCells(Action action, std::optional<std::uint32_t> cell = {});
   // Those of the proxy's cell. These two say why they cannot do it.
   void findContacts(double within_um);
   void jumpAcross(std::optional<std::size_t> site = {});  // none: the site nearest to the proxy

@@ -24,6 +24,7 @@ void WindowActions::enter(OpenScene* scene) {
   scene_ = scene;
   input_.drag(Action::none);
   tooltip_.reset();
+  panels.menu = {};
 }
 
 void WindowActions::handle(const InputEvent& event) {

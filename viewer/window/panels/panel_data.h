@@ -185,7 +185,8 @@ struct PanelRequests {
   bool value_alone = true, select_all = false;
   std::optional<std::vector<std::uint32_t>> choose_cells;  // alone
   std::optional<std::uint32_t> toggle_cell, go_to_cell;
-  Action act = Action::none;  // that was chosen from a panel
+  Action act = Action::none;            // that was chosen from a panel
+  std::optional<std::uint32_t> act_on;  // a cell; none: the chosen ones
   std::optional<ProxyPlace> go_to_place;
   std::optional<std::string> copy;
   bool find_contacts = false;              // of the proxy's cell

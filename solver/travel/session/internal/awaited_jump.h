@@ -46,9 +46,11 @@ class AwaitedJump {
   std::optional<ProxyPlace> place_;
   bool under_hand_ = true;
   std::optional<HoldId> hold_;
-  std::uint64_t release_at_ = 0;  // the tick at which the tile is released
-  CellReaches reaches_;           // while the worker is not idle, the worker's
-  std::uint32_t searched_ = 0;    // the cell of the worker's search
+  std::uint64_t release_at_ = 0;        // the tick at which the tile is released
+  CellReaches reaches_;                 // while the worker is not idle, the worker's
+  std::uint32_t searched_ = 0;          // the cell of the worker's search
+  std::uint32_t unknown_ = UINT32_MAX;  // the last cell that could not be read, and why
+  std::string why_;
   std::atomic<bool> stops_{false};
   std::unique_ptr<Worker> worker_;  // made at its first use; destroyed first
 };

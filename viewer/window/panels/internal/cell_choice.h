@@ -31,6 +31,7 @@ class CellChoice {
   CellState stateOf(std::uint32_t cell) const;
   void isolate(Cells cells);  // hides all others
   void set(Cells cells, CellState state);
+  bool hidesSome() const { return hidden_ > 0; }
   void invert();  // hides what is shown or dimmed, and shows what is hidden
   void showAll();
   // Exactly these cells are not hidden.

@@ -9,7 +9,7 @@
 namespace filiform::internal {
 
 // The bindings that one press of a key does, and whose words begin with all words of the text; letter case does not
-// count. Those that have them in the order of the table.
+// count. They are in the order of the table.
 std::vector<const Binding*> commandsFor(const std::string& text);
 
 // Up and Down move in the list; Enter or a click does the command, and closes the panel.

@@ -26,7 +26,10 @@ void drawNeuriteMenu(const PanelData& d, NeuriteMenu& menu, PanelRequests& reque
   for (const auto& [text, action] :
        {std::pair{"isolate this cell", Action::isolate_cells}, std::pair{"hide this cell", Action::hide_cells},
         std::pair{"dim this cell", Action::dim_cells}, std::pair{"show all cells", Action::show_cells}})
-    if (item(text + ("  (" + inputsOf(bindingOf(action)) + ")"))) requests.act = action;
+    if (item(text + ("  (" + inputsOf(bindingOf(action)) + ")"))) {
+      requests.act = action;
+      requests.act_on = menu.place.segment.cell;
+    }
   if (item("copy name and place")) requests.copy = menu.copied;
   ImGui::End();
 }

@@ -34,7 +34,8 @@ std::vector<BookmarkRow> rowsOf(const TileStore& store, const std::map<std::stri
 std::string textOfFile(const std::string& path) {
   std::error_code error;
   const std::uintmax_t bytes = std::filesystem::file_size(path, error);
-  if (!error && bytes > kMostBytes) throw InputError(inShort(path) + ": more than 64 MiB; cut the table");
+  if (error) throw IoError(inShort(path), "cannot read", error.value());
+  if (bytes > kMostBytes) throw InputError(inShort(path) + ": more than 64 MiB; cut the table");
   std::ifstream in(path, std::ios::binary);
   std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
   if (!in) throw IoError(inShort(path), "cannot read");
@@ -113,22 +114,32 @@ void Bookmarks::readFile(const std::string& path) {
 
 void Bookmarks::add(const std::vector<ViewState::Bookmark>& bookmarks) {
   ReadBookmarks table;
-  for (const auto& [name, p_W] : bookmarks) table.rows.push_back({.name = name, .cell = {}, .p_W = p_W});
-  if (!bookmarks.empty()) read([table] { return table; });
+  for (const auto& [name, p_W] : bookmarks)
+    if (table.rows.size() < ReadBookmarks::kMost && !travel_.history().bookmark(name))
+      table.rows.push_back({.name = name, .cell = {}, .p_W = p_W});
+  if (!table.rows.empty()) read([table] { return table; });
 }
 
 void Bookmarks::read(std::function<ReadBookmarks()> rows) {
   travel_.ask([this, &finder = travel_.finder(), rows = std::move(rows)]() -> Worker::Done {
     const ReadBookmarks table = rows();
     Places places;
-    for (const BookmarkRow& row : table.rows)
-      if (const auto found = finder.nearest(row.p_W)) places[row.name] = found->place;
-    return [this, places, left_out = table.left_out] {
+    std::uint64_t left_out = table.left_out;
+    for (const BookmarkRow& row : table.rows) {
+      if (travel_.isLeaving()) return {};
+      try {
+        if (const auto found = finder.nearest(row.p_W)) places[row.name] = found->place;
+      } catch (const Error&) {
+        ++left_out;
+      }
+    }
+    return [this, places, left_out] {
       if (!places.empty()) keep();
       for (const auto& [name, place] : places) travel_.history().setBookmark(name, place);
       travel_.savePlaces();
       std::string said = counted(places.size(), "bookmark") + " read";
-      if (left_out > 0) said += "; " + counted(left_out, "row") + " left out: no name, no place, or more than 10 000";
+      if (left_out > 0)
+        said += "; " + counted(left_out, "row") + " left out: no name, no place that can be read, or more than 10 000";
       messages_.say(said);
     };
   });

@@ -88,6 +88,7 @@ class Travel {
   void savePlaces();  // bookmarks and history, on the worker's thread; a failure becomes a message
   // Runs work on the worker's thread; a failure becomes a message.
   void ask(Worker::Work work) { worker_->ask(std::move(work)); }
+  bool isLeaving() const { return leaving_; }  // for long work: any thread
 
   // The first finds names of cells that match; the second looks up the neurite on a line of sight (nullopt: none). Both
   // call back from a later serve(). `whole`: also read the cell of a set at an address for its type and radius.
