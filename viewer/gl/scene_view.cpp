@@ -312,20 +312,14 @@ void SceneView::Impl::stretchTo(const SceneFrame& f, int wanted) {
 }
 
 // Draws the picture in motion that has begun. What takes longer than a part is begun again, with one sample a pixel and
-// with larger pixels. `begin`: of the picture that is drawn to its end.
+// the largest pixels: trying smaller ones would take longer. `begin`: of the picture that is drawn to its end.
 void SceneView::Impl::drawInTime(const SceneFrame& f, Clock::time_point& begin) {
-  for (double part_ms = f.budget.moving_part_ms;; part_ms /= 2) {
-    const double done = renderer.advance(part_ms);
-    if (done >= 1) return;
-    // Cones come last: the picture takes longer than its first part says.
-    double expected_ms = 2 * since_ms(begin) / std::max(done, 1e-3) / (options.samples * options.samples);
-    const Detail before = detail();
-    int wanted = stretch;
-    while (expected_ms > part_ms && wanted < SceneBudget::kMostStretch) wanted *= 2, expected_ms /= 4;
-    options.samples = 1;
-    options.shade_um = 0;
-    stretchTo(f, wanted);
-    if (detail() == before) break;
+  if (renderer.advance(f.budget.moving_part_ms) >= 1) return;
+  const Detail before = detail();
+  options.samples = 1;
+  options.shade_um = 0;
+  stretchTo(f, SceneBudget::kMostStretch);
+  if (!(detail() == before)) {
     begin = Clock::now();
     figures.drawn = renderer.begin(views, options);
   }
