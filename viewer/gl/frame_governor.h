@@ -34,6 +34,8 @@ class FrameGovernor {
   bool fixed_;
   SceneBudget budget_;
   double rest_ms_ = 0;          // of the last picture at rest
+  int least_stretch_ = 1;       // smaller pixels took too long
+  bool shrank_ = false;         // the last change made pixels smaller
   double too_many_ = INFINITY;  // segments in motion that took too long since; grows slowly, as the view moves
 };
 
