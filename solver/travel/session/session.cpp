@@ -18,7 +18,6 @@
 #include <atomic>
 #include <chrono>
 #include <exception>
-#include <ranges>
 #include <stdexcept>
 #include <thread>
 #include <utility>
@@ -131,8 +130,8 @@ internal::NavigationChoice Session::Impl::choose(const TileStore& scene) {
     period_s = 1.0 / options.rate_Hz;
     replayed = std::move(recorded.commands);
     internal::CellReaches reaches(scene, options.method);
-    for (NavigationCommand& command : replayed | std::views::transform(&SessionCommand::command))
-      if (command.place.valid()) command.reach = reaches.of(command.place.segment.cell);
+    for (SessionCommand& given : replayed)
+      if (given.command.place.valid()) given.command.reach = reaches.of(given.command.place.segment.cell);
   }
   // Opened before the choice, because some devices measure their limits then.
   if (!options.record.empty()) record();
