@@ -64,10 +64,10 @@ await run(async () => {
     last = now;
     assert.ok(i < 300, `the desk's proxy does not move: ${moved_um} um`);
   }
-  await waitFor('the proxy in the picture', async () => {
+  await waitFor('the proxy in the picture, beside the panels', async () => {
     const {px} = await place();
-    return px && px[0] > 0 && px[0] < 640 && px[1] > 0 && px[1] < 360;
-  }, 30);
+    return px && px[0] > 400 && px[0] < 540 && px[1] > 0 && px[1] < 250;
+  }, 60);
   const picture = readPng(Buffer.from(await page.screenshot({path: join(out, 'desk.png')})));
   let violet = 0;
   for (let at = 0; at < picture.data.length; at += 4)
