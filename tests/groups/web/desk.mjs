@@ -66,7 +66,7 @@ await run(async () => {
   }
   await waitFor('the proxy in the picture, beside the panels', async () => {
     const {px} = await place();
-    return px && px[0] > 400 && px[0] < 540 && px[1] > 0 && px[1] < 250;
+    return px && px[0] > 0 && px[0] < 640 && px[1] > 135 && px[1] < 255;
   }, 60);
   const picture = readPng(Buffer.from(await page.screenshot({path: join(out, 'desk.png')})));
   let violet = 0;
