@@ -36,7 +36,7 @@ const ticksOf = () => JSON.parse(readFileSync(join(out, 'desk.json'), 'utf8')).t
 await run(async () => {
   let server = await startServer(filiform, [set]);
   const browser = await openBrowser(packages, chromium);
-  const page = await travel(browser, server.address, null, {width: 640, height: 360}, '&desk=anna');
+  const page = await travel(browser, server.address, null, {width: 640, height: 480}, '&desk=anna');
   const message = (what) => waitFor(`the line ${what}`, async () => what.test((await state(page)).message), 30);
   const here = () => waitFor('the desk', async () => (await state(page)).companion, 60);
   const gone = () => waitFor('the end of the desk', async () => !(await state(page)).companion, 30);
@@ -66,7 +66,7 @@ await run(async () => {
   }
   await waitFor('the proxy in the picture, beside the panels', async () => {
     const {px} = await place();
-    return px && px[0] > 0 && px[0] < 640 && px[1] > 135 && px[1] < 255;
+    return px && px[0] > 0 && px[0] < 640 && px[1] > 135 && px[1] < 370;
   }, 60);
   const picture = readPng(Buffer.from(await page.screenshot({path: join(out, 'desk.png')})));
   let violet = 0;
