@@ -24,7 +24,7 @@ class CellsInWindow : public Display {
     test::writeBytes(*folder_ / "a.swc", "1 1 0 0 0 5 -1\n2 3 10 0 0 1 1\n3 3 20 0 0 1 2\n4 3 90 0 0 1 3\n");
     test::writeBytes(*folder_ / "b.swc", "1 1 20 40 0 5 -1\n2 2 20 20 1 1 1\n3 2 20 -30 1 1 2\n");
     test::writeBytes(*folder_ / "c.swc", "1 1 50 40 0 5 -1\n2 2 50 20 1 1 1\n3 2 50 -30 1 1 2\n");
-    set_ = *folder_ / "three.fil";
+    set_ = *folder_ / (std::string(testing::UnitTest::GetInstance()->current_test_info()->name()) + ".fil");
     ASSERT_EQ(runFiliform({"ingest", *folder_ / "a.swc", *folder_ / "b.swc", *folder_ / "c.swc", "-o", set_}).exit_code,
               0);
   }
