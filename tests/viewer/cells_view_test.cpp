@@ -71,7 +71,8 @@ TEST_F(CellsInWindow, AreIsolatedHiddenDimmedInvertedAndShown) {
   awaitCells(2, 0);
   EXPECT_EQ(state().at("commands_open"), false);
   end();
-  refused(runFiliformInShell(environment() + "exec \"$@\"", {"view", set_, "--only", "nobody"}), 2, "nobody");
+  refused(runFiliformInShell(environment() + "exec \"$@\"", {"view", set_, "--only", "no_such_cell"}), 2,
+          "no_such_cell");
   refused(runFiliformInShell(environment() + "exec \"$@\"", {"view", *folder_ / "a.swc", "--only", "a"}), 2, "a file");
 }
 

@@ -32,6 +32,7 @@
 #include "tools/words/cell_name.h"
 #include "tools/words/numbers.h"
 #include "viewer/gl/scene_view.h"
+#include "viewer/scene/view_cells.h"
 
 #include <algorithm>
 #include <array>
@@ -173,33 +174,6 @@ SceneFrame frameOf(const TileStore& store, const RenderArguments& a,
   return frame;
 }
 
-// Cells as the view has them, and names that the set does not have counted in a note.
-void showAs(const ViewState& view, const TileStore& store, SceneFrame& frame) {
-  std::uint64_t unknown = 0;
-  std::string first;
-  CellStates states(store.cell_count(), view.shows_some ? CellState::hidden : CellState::shown);
-  const auto each = [&](const std::vector<std::string>& names, const std::function<void(std::uint32_t)>& use) {
-    for (const std::string& name : names)
-      if (const auto cell = store.findCell(name))
-        use(*cell);
-      else if (unknown++ == 0)
-        first = name;
-  };
-  bool some = false;
-  each(view.shown, [&](std::uint32_t cell) { states[cell] = CellState::shown, some = true; });
-  if (!some) std::fill(states.begin(), states.end(), CellState::shown);
-  each(view.hidden, [&](std::uint32_t cell) { states[cell] = CellState::hidden; });
-  each(view.dimmed, [&](std::uint32_t cell) { states[cell] = CellState::dimmed; });
-  each(view.highlighted, [&](std::uint32_t cell) { frame.cells.push_back(cell); });
-  std::sort(frame.cells.begin(), frame.cells.end());
-  frame.cells.erase(std::unique(frame.cells.begin(), frame.cells.end()), frame.cells.end());
-  frame.states = std::make_shared<const CellStates>(std::move(states));
-  frame.hidden_types = view.hidden_types;
-  if (unknown > 0)
-    std::cerr << "filiform: note: the set does not have " << counted(unknown, "cell") << " of the view, such as "
-              << inShort(first) << '\n';
-}
-
 SceneFigures drawPicture(const TileStore& store, const RenderArguments& a,
                          const std::shared_ptr<const CellColours>& colours, SceneView& scene, Renderer& renderer) {
   SceneFrame frame = frameOf(store, a, colours);
@@ -214,7 +188,11 @@ SceneFigures drawPicture(const TileStore& store, const RenderArguments& a,
     frame.junction = proxy->junction ? &*proxy->junction : nullptr;
   }
   if (a.shown) {
-    showAs(*a.shown, store, frame);
+    ViewCells cells = viewCellsOf(*a.shown, store);
+    if (!cells.note.empty()) std::cerr << "filiform: note: " << cells.note << '\n';
+    frame.cells = std::move(cells.highlighted);
+    frame.states = std::make_shared<const CellStates>(std::move(cells.states));
+    frame.hidden_types = a.shown->hidden_types;
     if (a.shown->place) {
       const PlaceFinder finder(store);
       proxy.emplace();

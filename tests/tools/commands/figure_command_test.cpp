@@ -182,14 +182,16 @@ TEST_F(FigureCommand, ATableColoursCellsAndWhatIsUnknownIsCounted) {
     EXPECT_LE(red.rgb[i + 1], std::max<int>(40, red.rgb[i] / 2)) << "all is red, or the ground";
   }
   EXPECT_GT(lit, 100u);
-  std::ofstream(table) << "nobody\t#00ff00\n" << names[0] << "\t#00ff00\n" << names[1] << "\tgreen\nnone\t#123456\n";
+  std::ofstream(table) << "no_such_cell\t#00ff00\n"
+                       << names[0] << "\t#00ff00\n"
+                       << names[1] << "\tgreen\nnone\t#123456\n";
   const Outcome outcome = render("one.png", flat);
   EXPECT_EQ(outcome.exit_code, 0);
   EXPECT_TRUE(outcome.oneLineOnStderr()) << outcome.err;
-  for (const char* const part : {"does not have 2 of the names, such as nobody", "1 line without a colour"})
+  for (const char* const part : {"does not have 2 of the names, such as no_such_cell", "1 line without a colour"})
     EXPECT_NE(outcome.err.find(part), std::string::npos) << outcome.err;
-  std::ofstream(table) << "nobody\t#00ff00\n";
-  expectRefused({"--colour-table", table}, {"no line colours a cell", "nobody"});
+  std::ofstream(table) << "no_such_cell\t#00ff00\n";
+  expectRefused({"--colour-table", table}, {"no line colours a cell", "no_such_cell"});
   expectRefused({"--colour-table", table, "--colour-by", "type"}, {"--colour-by"});
   // Two highlighted cells differ from either.
   const std::vector<std::string> small{"--size", "200x150"};

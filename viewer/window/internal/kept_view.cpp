@@ -1,8 +1,8 @@
 // OpenScene: what is shown as a file.
-#include "index/count_text.h"
 #include "index/errors.h"
 #include "index/output.h"
 #include "index/text.h"
+#include "viewer/scene/view_cells.h"
 #include "viewer/window/internal/open_scene.h"
 #include "viewer/window/travel/internal/new_file.h"
 
@@ -86,27 +86,10 @@ void OpenScene::show(const ViewState& view) {
     types_[i].chosen = ((view.hidden_types >> ((i + 1) % types_.size())) & 1U) == 0;
   bookmarks_->add(view.bookmarks);
   travel_->ask([this, &store = travel_->store(), view]() -> Worker::Done {
-    std::uint64_t unknown = 0;
-    std::string first;
-    const auto idsOf = [&](const std::vector<std::string>& names) {
-      Ids ids;
-      for (const std::string& name : names)
-        if (const auto cell = store.findCell(name))
-          ids.push_back(*cell);
-        else if (unknown++ == 0)
-          first = name;
-      return ids;
-    };
-    return [this, some = view.shows_some, shown = idsOf(view.shown), hidden = idsOf(view.hidden),
-            dimmed = idsOf(view.dimmed), chosen = idsOf(view.chosen), unknown, first] {
-      choice_.showAll();
-      if (some && !shown.empty()) choice_.isolate(shown);
-      choice_.set(hidden, CellState::hidden);
-      choice_.set(dimmed, CellState::dimmed);
-      choice_.choose(chosen);
-      if (unknown > 0)
-        messages_.say("the scene does not have " + counted(unknown, "cell") + " of the view, such as " +
-                      inShort(first));
+    return [this, cells = viewCellsOf(view, store)] {
+      choice_.show(cells.states);
+      choice_.choose(cells.chosen);
+      if (!cells.note.empty()) messages_.say(cells.note);
     };
   });
 }

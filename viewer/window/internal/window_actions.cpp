@@ -156,8 +156,8 @@ void WindowActions::press(const Key& key, bool repeated) {
     if (what == Action::set_bookmark) return scene_->bookmarks().set(name);
     return scene_->bookmarks().go(name);
   }
-  if (key.code == Key::kEnter && panels.cells.open && scene_ && scene_->choice().last() != UINT32_MAX)
-    return scene_->travel().goToCell(scene_->choice().last());
+  if (key.code == Key::kEnter && panels.cells.open && scene_ && scene_->choice().lastChosen() != UINT32_MAX)
+    return scene_->travel().goToCell(scene_->choice().lastChosen());
   const Action action = actionOf(key, repeated);
   if (action != Action::none) act(action);
 }

@@ -23,12 +23,12 @@ TEST(CellChoices, ChooseAloneOrInAddition) {
   choice.toggle(4);
   choice.toggle(2);
   EXPECT_EQ(choice.chosen(), (Ids{4, 7}));
-  EXPECT_EQ(choice.last(), 2u);
+  EXPECT_EQ(choice.lastChosen(), 2u);
   EXPECT_TRUE(choice.isChosen(4));
   EXPECT_FALSE(choice.isChosen(2));
   choice.choose({});
   EXPECT_TRUE(choice.chosen().empty());
-  EXPECT_EQ(choice.last(), UINT32_MAX);
+  EXPECT_EQ(choice.lastChosen(), UINT32_MAX);
 }
 
 TEST(CellChoices, IsolateHideDimInvertAndShow) {

@@ -22,14 +22,15 @@ class CellChoice {
   // Chosen cells are highlighted, and actions on cells are for them. Ascending.
   const std::vector<std::uint32_t>& chosen() const { return chosen_; }
   bool isChosen(std::uint32_t cell) const;
-  void choose(Cells cells);                     // these alone
-  void toggle(std::uint32_t cell);              // in addition to the others
-  std::uint32_t last() const { return last_; }  // the one that was chosen last; UINT32_MAX: none
+  void choose(Cells cells);                           // these alone
+  void toggle(std::uint32_t cell);                    // in addition to the others
+  std::uint32_t lastChosen() const { return last_; }  // UINT32_MAX: no cell
 
   // nullptr: all cells are shown. The same object until a state changes. O(cells) each.
   const std::shared_ptr<const CellStates>& states() const { return states_; }
   CellState stateOf(std::uint32_t cell) const;
-  void isolate(Cells cells);  // hides all others
+  void show(CellStates states) { keep(std::move(states)); }  // of all cells
+  void isolate(Cells cells);                                 // hides all others
   void set(Cells cells, CellState state);
   bool hidesSome() const { return hidden_ > 0; }
   void invert();  // hides what is shown or dimmed, and shows what is hidden

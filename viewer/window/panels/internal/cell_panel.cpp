@@ -138,7 +138,7 @@ void drawRow(const PanelData& d, const CellTable& table, const std::vector<std::
         if (ImGui::GetIO().KeyCtrl)
           requests.toggle_cell = cell;
         else if (ImGui::GetIO().KeyShift)
-          requests.choose_cells = rowsBetween(table.rows(), d.cells.choice->last(), cell);
+          requests.choose_cells = rowsBetween(table.rows(), d.cells.choice->lastChosen(), cell);
         else
           requests.choose_cells = {{cell}};
         if (ImGui::IsMouseDoubleClicked(0)) requests.go_to_cell = cell;
@@ -183,7 +183,7 @@ void drawTable(const PanelData& d, CellPanel& panel, int step, PanelRequests& re
     const std::vector<std::uint32_t>& rows = table.rows();
     const float line = ImGui::GetTextLineHeight() + 2 * ImGui::GetStyle().CellPadding.y;
     if (step != 0 && !rows.empty()) {
-      const auto at = std::find(rows.begin(), rows.end(), d.cells.choice->last());
+      const auto at = std::find(rows.begin(), rows.end(), d.cells.choice->lastChosen());
       const auto row =
           at == rows.end() ? 0 : std::clamp<std::ptrdiff_t>(at - rows.begin() + step, 0, std::ssize(rows) - 1);
       requests.choose_cells = {{rows[static_cast<std::size_t>(row)]}};
@@ -223,7 +223,7 @@ void drawCells(const PanelData& d, CellPanel& panel, PanelRequests& requests) {
     drawTable(d, panel, step, requests);
     const std::vector<std::uint32_t>& rows = table.rows();
     if (entered && !rows.empty() && !table.isListing()) {
-      const std::uint32_t last = d.cells.choice->last();
+      const std::uint32_t last = d.cells.choice->lastChosen();
       requests.go_to_cell = std::find(rows.begin(), rows.end(), last) != rows.end() ? last : rows.front();
       requests.choose_cells = {{*requests.go_to_cell}};
     }
